@@ -1,6 +1,6 @@
-// Whole captures in lanes, per case: captures on which something acts from outside, beside the same cases one by one,
-// and blocks of a campaign over the thesis's open-loop case 1, whose targets differ in
-// mass and inertia from case to case. The first case of each block is the thesis's own. The ledger's bounds of all
+// Whole captures in lanes, per case: captures on which something acts from outside, or in which loops are closed,
+// beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1, whose targets differ
+// in mass and inertia from case to case. The first case of each block is the thesis's own. The ledger's bounds of all
 // cases and the end-state error of the first are checked in every timed run.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -78,7 +78,7 @@ void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::I
   }
 }
 
-// The same of a problem on which something acts from outside; without a set: one by one.
+// The same of a problem on which something acts from outside, or whose loops close; without a set: one by one.
 void disturbed(benchmark::State& state, const CaptureProblem& problem, std::optional<lanes::InstructionSet> set) {
   const Campaign campaign = campaign_of(problem);
   const std::size_t pass = ledger_column(campaign);
@@ -114,6 +114,7 @@ void register_campaign() {
   register_disturbed("orbit-drift", "orbit");                                // an orbit's field, two streams
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
   register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
+  register_disturbed("thesis/closed-loop", "closed_loop");                   // both arms on one target, joints free
 }
 
 }  // namespace grapnel::bench

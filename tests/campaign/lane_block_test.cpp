@@ -106,18 +106,59 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   }
 }
 
+// A scenario with some changes, and another mass of the first target in every case.
+struct Varied {
+  std::string name;
+  std::vector<Override> overrides;
+  std::uint64_t cases = 9;
+  double bound = 3e-8;
+};
+
+// All of the motion is in lanes, and ends as alone, with conservation checks of its own.
+void expect_lanes_as_alone(const Varied& varied) {
+  const auto& [name, overrides, cases, bound] = varied;
+  SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
+  const auto is_clock = [](const Override& o) { return o.path == "control"; };
+  // A clock's many short steps take minutes under sanitizers, and lane_phase_test has clocks as well.
+  if (test::kSanitized && std::any_of(overrides.begin(), overrides.end(), is_clock)) return;
+  CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", overrides);
+  base.clearance.enabled = false;
+  base.output_interval = 0;
+  Campaign campaign;
+  campaign.cases = test::kSanitized ? 3 : cases;
+  campaign.columns = standard_columns(base, true);
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [base](std::uint64_t k) {
+    StudyCase point{base, inward_normals(base)};
+    point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
+    return point;
+  };
+  for (const std::string& line : slow_settings(campaign, 0))
+    EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
+  const std::vector<CaseRow> alone = one_by_one(campaign);
+  const std::size_t pass = column(campaign, "ledger/pass");
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    ASSERT_EQ(rows.size(), alone.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
+      EXPECT_EQ(rows[k].values[pass], 1);
+      EXPECT_EQ(alone[k].values[pass], 1);
+    }
+    const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
+    std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
+                name.c_str(), std::string(lanes::name(set)).c_str(), off);
+    EXPECT_LT(off, bound);
+  }
+}
+
 // Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
 // of the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds,
 // and what is on its way, goes on through the impact.
 TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
-  struct Case {
-    std::string name;
-    std::vector<Override> overrides;
-    std::uint64_t cases = 9;
-    double bound = 3e-8;  // measured 3.6e-9; commands lost on the way through the impact make 1.7e-7
-  };
-  // Wheels at their rates make more of rounding.
-  const std::vector<Case> scenarios{
+  // Measured 3.6e-9; commands lost on the way through the impact make 1.7e-7. Wheels at their rates make more of
+  // rounding.
+  const std::vector<Varied> scenarios{
       {"orbit-drift", {}},
       {"thesis/open-loop-case-1-stabilized", {}},
       {"thesis/open-loop-case-1-stabilized",
@@ -127,39 +168,58 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
        5},
       {"wheels-keep-attitude", {{"post_impact.duration", "100"}}, 5, 3e-7},
       {"wheels-keep-attitude", {{"post_impact.duration", "10"}, {"control", "{period: 0.1}"}}, 5, 3e-7}};
-  for (const auto& [name, overrides, cases, bound] : scenarios) {
-    SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
-    const auto is_clock = [](const Override& o) { return o.path == "control"; };
-    // A clock's many short steps take minutes under sanitizers, and lane_phase_test has clocks as well.
-    if (test::kSanitized && std::any_of(overrides.begin(), overrides.end(), is_clock)) continue;
-    CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", overrides);
-    base.clearance.enabled = false;
-    base.output_interval = 0;
-    Campaign campaign;
-    campaign.cases = test::kSanitized ? 3 : cases;
-    campaign.columns = standard_columns(base, true);
-    campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
-    campaign.problem = [base](std::uint64_t k) {
-      StudyCase point{base, inward_normals(base)};
-      point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
-      return point;
-    };
-    for (const std::string& line : slow_settings(campaign, 0))
-      EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
-    const std::vector<CaseRow> alone = one_by_one(campaign);
-    const std::size_t pass = column(campaign, "ledger/pass");
-    for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
-      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
-      ASSERT_EQ(rows.size(), alone.size());
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
-        EXPECT_EQ(rows[k].values[pass], 1);
-        EXPECT_EQ(alone[k].values[pass], 1);
+  for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
+}
+
+// Both arms, or three, hold one target: loops are closed, in the plane (where rows are redundant) and in space, after
+// an impact at once or a second one later, with joints free, driven or braked.
+TEST(LaneBlock, ClosedLoopsAreInLanes) {
+  const std::vector<Varied> scenarios{
+      {"thesis/closed-loop", {}, 9, 3e-8},
+      {"thesis/closed-loop-published-angles", {{"post_impact.duration", "20"}}, 5, 3e-8},
+      {"dual-arm-satellite-handles", {{"post_impact.duration", "10"}}, 5, 3e-8},
+      {"triple-arm-satellite", {{"post_impact.duration", "10"}}, 5, 3e-8},
+      {"thesis/closed-loop", {{"post_impact", "{duration: 5, joints: braked}"}}, 5, 3e-8}};
+  for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
+}
+
+// The rows of the ledger that say how loops were kept closed come from lanes, and say nothing where lanes do not go.
+TEST(LaneBlock, LoopsAreWatchedInLanes) {
+  const CaptureProblem whole = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/closed-loop.yaml",
+                                             {{"post_impact.duration", "10"}, {"clearance.enabled", "false"}});
+  Campaign campaign;
+  campaign.cases = 6;
+  const char* const kRows[] = {"loop_closure_position", "loop_closure_angle", "loop_closure_velocity",
+                               "unprojected_defect", "correction_total"};
+  for (const std::string name : kRows) {
+    campaign.columns.push_back({name, "", "", [name](const StudyCase&, const CaptureResult& r) {
+                                  for (const LedgerEntry& e : r.ledger.entries)
+                                    if (e.name == name) return e.value / e.bound;
+                                  return std::nan("");
+                                }});
+  }
+  campaign.columns.push_back({"rows - rank", "", "", [](const StudyCase&, const CaptureResult& r) {
+                                return static_cast<double>(r.loops.back().rows - r.loops.back().rank);
+                              }});
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [&](std::uint64_t k) {
+    StudyCase point{whole, inward_normals(whole)};
+    point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
+    return point;
+  };
+  const std::vector<CaseRow> alone = one_by_one(campaign);
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
+      for (std::size_t c = 0; c < 5; ++c) {
+        EXPECT_GT(rows[k].values[c], 0) << kRows[c];
+        EXPECT_LT(rows[k].values[c], 0.3) << kRows[c];
       }
-      const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
-      std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
-                  name.c_str(), std::string(lanes::name(set)).c_str(), off);
-      EXPECT_LT(off, bound);
+      EXPECT_NEAR(rows[k].values[3], alone[k].values[3], 0.5 * alone[k].values[3]);
+      EXPECT_NEAR(rows[k].values[4], alone[k].values[4], 0.5 * alone[k].values[4]);
+      EXPECT_EQ(rows[k].values[5], alone[k].values[5]);
+      EXPECT_EQ(rows[k].values[5], 3);
     }
   }
 }

@@ -1,0 +1,532 @@
+#pragma once
+
+/// @file
+/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory.md. What
+/// constraint/loop_columns.hpp is to one case; there the rows of a closure are the numbers of one vector, here cases
+/// are. Ways to roots are those of all lanes.
+
+#include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/lanes/lane_closure.hpp"
+#include "grapnel/lanes/lane_pivots.hpp"
+
+namespace grapnel::lanes {
+
+template <class S>
+class LaneColumns {
+ public:
+  using Links = std::vector<LinkScratch<S>>;
+  static constexpr int kMostRows = 6;  // of a closure
+
+  /// `tree`: what is integrated; lay_out() comes when it is complete.
+  LaneColumns(const PhaseTables& tables, const Tree<S>& tree);
+  /// `place`: of a link of the tables in the tree.
+  void lay_out(const LaneArray<S, int>& place);
+  /// Takes a case's numbers into a lane.
+  void load_case(int lane, const double* numbers) {
+    for (int k = 0; k < tables_.loop_count; ++k) closures_[k].load(lane, numbers + k * kLoopNumbers);
+  }
+
+  int rows() const { return room_.rows; }  // of all closures
+  int first_row(int k) const { return ways_[k].first_row; }
+  const LaneClosure<S>& closure(int k) const { return closures_[k]; }
+  const LinkScratch<S>& link_a(int k, const Links& links) const {
+    return links[static_cast<std::size_t>(ways_[k].link_a)];
+  }
+  const LinkScratch<S>& link_b(int k, const Links& links) const {
+    return links[static_cast<std::size_t>(ways_[k].link_b)];
+  }
+  /// What makes a row's mobility that of body b alone and free.
+  const S& scale(int row) const { return scale_[row]; }
+
+  /// From the links' angles and offsets: where C is in link b.
+  void locate_all(const Links& links);
+  const Pose<S>& X_bC(int k) const { return place_[k]; }
+
+  /// Carries all unit wrenches to the roots. `links`: as articulated_inertias() left them for `in`. kMoving: in motion;
+  /// else at rest with no force acting.
+  template <bool kMoving>
+  void carry_all(const DynamicsInput<S>& in, const Links& links);
+  /// The scaled W, lower triangle, where it is factored.
+  void weigh(LanePivots<S>& pivots) const;
+  /// After carry_all<true>(), per row: the acceleration of C minus that of D that forces alone would give, without V_C
+  /// x V_D, and the sum of the squares of its terms.
+  const S& free_acceleration(int row) const { return sums_[row]; }
+  const S& free_acceleration_squares(int row) const { return square_sums_[row]; }
+
+  /// Makes wrenches or impulses `rows` act in the third sweep.
+  void impose(const S* rows, std::span<const std::uint8_t> prescribed, Links& links) const;
+  /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
+  void release(Links& links) const;
+
+ private:
+  // A link on a closure's way, and where the closure's rows there begin: kMostRows numbers for every velocity.
+  struct Step {
+    int link, slot;
+  };
+  // In steps_: from a, from b, from where they meet, and the root.
+  struct Way {
+    int link_a, link_b;
+    int first, end_a, end_b, root;
+    int rows, first_row;
+    int same_root;  // the first closure that has this root
+  };
+  struct SlotPair {
+    int of_k, of_l;
+  };
+  // Closures that have links in common.
+  struct Pair {
+    int k, l;
+    int first, end;  // in shared_
+  };
+  // L D L^T of a root's articulated inertia, and L^-1 (F - p).
+  struct RootFactor {
+    S L[6][6];
+    S inverse[6];
+    S y[6];
+  };
+  // How much room all ways to roots take.
+  struct Room {
+    int rows = 0, steps = 0, slots = 0;
+    explicit Room(const PhaseTables& tables) {
+      for (int k = 0; k < tables.loop_count; ++k) {
+        rows += tables.loops[k].rows();
+        count(tables, tables.loops[k].link_a), count(tables, tables.loops[k].link_b);
+      }
+    }
+    void count(const PhaseTables& tables, int link) {
+      for (int l = link; l >= 0; l = tables.links[l].parent) {
+        ++steps;
+        slots += tables.links[l].parent < 0 ? 6 : velocity_count(tables.links[l].joint);
+      }
+    }
+  };
+  int slots_of(const TreeLink<S>& link) const { return link.parent < 0 ? 6 : velocity_count(link.joint); }
+  const TreeLink<S>& link_of(int n) const { return tree_.links[static_cast<std::size_t>(n)]; }
+  static bool is_prescribed(std::span<const std::uint8_t> prescribed, const TreeLink<S>& link) {
+    return !prescribed.empty() && prescribed[static_cast<std::size_t>(link.v)] != 0;
+  }
+  S* rows_at(LaneArray<S>& all, int slot) { return all.data() + slot * kMostRows; }
+  const S* rows_at(const LaneArray<S>& all, int slot) const { return all.data() + slot * kMostRows; }
+
+  void lay_out_pairs();
+  template <class F>
+  void for_shared_slots(F&& found) const;
+
+  Pose<S> pose_along(int first, int end, const Links& links) const;
+  template <bool kMoving>
+  void carry(int k, const DynamicsInput<S>& in, const Links& links);
+  void begin_bundle(int k, const Pose<S>& X_LC, bool opposite);
+  template <bool kMoving>
+  void climb(int first, int end, int rows, const DynamicsInput<S>& in, const Links& links);
+  template <bool kMoving, recursion::OneAxis Joint>
+  void pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid, int rows, S* K, S* z);
+  template <bool kMoving>
+  void pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force, const LinkScratch<S>& w,
+            int rows, S* K, S* z);
+  void go_on(const TreeLink<S>& link, const LinkScratch<S>& w, int rows);
+  void factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w, const DynamicsInput<S>& in);
+  template <bool kMoving>
+  void arrive(int k);
+
+  const PhaseTables& tables_;
+  const Tree<S>& tree_;
+  LaneArray<S, LaneClosure<S>> closures_;
+  LaneArray<S, Pose<S>> place_;  // of C in link b, per closure
+  LaneArray<S, Way> ways_;
+  const Room room_;
+  int step_count_ = 0, slot_count_ = 0, pair_count_ = 0, shared_count_ = 0;
+  LaneArray<S, Step> steps_;
+  LaneArray<S, Pair> pairs_;
+  LaneArray<S, SlotPair> shared_;
+  LaneArray<S> K_;            // S^T F of the closure's unit wrenches at its links, L^-1 F at roots
+  LaneArray<S> z_;            // D^-1 of that; zero where prescribed
+  LaneArray<S> root_wrench_;  // F at roots: six components per closure
+  LaneArray<S, RootFactor> root_factor_;
+  S bundle_[kMostRows][6];  // unit wrenches on their way: [moment; force]
+  S acceleration_[kMostRows], squares_[kMostRows];
+  LaneArray<S> sums_, square_sums_, scale_;  // per row
+};
+
+template <class S>
+LaneColumns<S>::LaneColumns(const PhaseTables& tables, const Tree<S>& tree)
+    : tables_(tables),
+      tree_(tree),
+      closures_(tables.loop_count),
+      place_(tables.loop_count),
+      ways_(tables.loop_count),
+      room_(tables),
+      steps_(room_.steps),
+      pairs_(tables.loop_count * tables.loop_count),
+      shared_(tables.loop_count * room_.slots),
+      K_(room_.slots * kMostRows),
+      z_(room_.slots * kMostRows),
+      root_wrench_(tables.loop_count * 6 * kMostRows),
+      root_factor_(tables.loop_count),
+      sums_(room_.rows),
+      square_sums_(room_.rows),
+      scale_(room_.rows) {}
+
+// --- The ways. ------------------------------------------------------------------------------------------------------
+
+template <class S>
+void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
+  int row = 0;
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    const LoopTable& table = tables_.loops[k];
+    Way& way = ways_[k];
+    way.link_a = place[table.link_a], way.link_b = place[table.link_b];
+    way.rows = table.rows(), way.first_row = row;
+    row += way.rows;
+    const auto depth = [&](int link) {
+      int d = 0;
+      for (int l = link; l >= 0; l = link_of(l).parent) ++d;
+      return d;
+    };
+    // Where the ways from both sides meet.
+    int a = way.link_a, b = way.link_b;
+    while (depth(a) > depth(b)) a = link_of(a).parent;
+    while (depth(b) > depth(a)) b = link_of(b).parent;
+    while (a != b) a = link_of(a).parent, b = link_of(b).parent;
+    const auto add = [&](int link) {
+      steps_[step_count_++] = {link, slot_count_};
+      slot_count_ += slots_of(link_of(link));
+    };
+    way.first = step_count_;
+    for (int l = way.link_a; l != a; l = link_of(l).parent) add(l);
+    way.end_a = step_count_;
+    for (int l = way.link_b; l != a; l = link_of(l).parent) add(l);
+    way.end_b = step_count_;
+    for (int l = a; l >= 0; l = link_of(l).parent) add(l);
+    way.root = step_count_ - 1;
+    way.same_root = k;
+    for (int l = k; l-- > 0;) {
+      if (steps_[ways_[l].root].link == steps_[way.root].link) way.same_root = l;
+    }
+  }
+  lay_out_pairs();
+}
+
+// Slots that closures k > l have in common: found(k, l, slot of k, slot of l).
+template <class S>
+template <class F>
+void LaneColumns<S>::for_shared_slots(F&& found) const {
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    for (int l = 0; l < k; ++l) {
+      for (int s = ways_[k].first; s <= ways_[k].root; ++s) {
+        for (int t = ways_[l].first; t <= ways_[l].root; ++t) {
+          if (steps_[s].link != steps_[t].link) continue;
+          for (int i = 0; i < slots_of(link_of(steps_[s].link)); ++i)
+            found(k, l, steps_[s].slot + i, steps_[t].slot + i);
+        }
+      }
+    }
+  }
+}
+
+template <class S>
+void LaneColumns<S>::lay_out_pairs() {
+  for_shared_slots([&](int k, int l, int of_k, int of_l) {
+    if (pair_count_ == 0 || pairs_[pair_count_ - 1].k != k || pairs_[pair_count_ - 1].l != l)
+      pairs_[pair_count_++] = {k, l, shared_count_, shared_count_};
+    shared_[shared_count_++] = {of_k, of_l};
+    pairs_[pair_count_ - 1].end = shared_count_;
+  });
+}
+
+// --- W and the relative acceleration: unit wrenches carried to the root, (8.7). --------------------------------------
+
+// The pose of the end of a way's part in the frame where it begins.
+template <class S>
+Pose<S> LaneColumns<S>::pose_along(int first, int end, const Links& links) const {
+  using namespace recursion;
+  Pose<S> X = Pose<S>::identity();
+  for (int s = end; s-- > first;) {
+    const TreeLink<S>& link = link_of(steps_[s].link);
+    const LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
+    X.p += X.R * w.p_PL;
+    if (link.rotated) X.R = X.R * link.X_PF.R;
+    visit_joint(link, [&](auto joint) {
+      if constexpr (!kIsRoot<decltype(joint)>) X.R = joint_rotation(joint, w, X.R);
+    });
+  }
+  return X;
+}
+
+template <class S>
+void LaneColumns<S>::locate_all(const Links& links) {
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    const Way& way = ways_[k];
+    const Pose<S> X_LC = pose_along(way.first, way.end_a, links) * closures_[k].X_aC;
+    place_[k] = inverse(pose_along(way.end_a, way.end_b, links)) * X_LC;
+  }
+}
+
+// Unit wrenches of the closure's rows at C, on link a or, the opposite, on b.
+template <class S>
+void LaneColumns<S>::begin_bundle(int k, const Pose<S>& X_LC, bool opposite) {
+  const LoopTable& table = tables_.loops[k];
+  for (int r = 0; r < table.rows(); ++r) {
+    Vector3<S> moment, force;
+    if (r < table.turns) {
+      moment = X_LC.R * closures_[k].turn_C[r];
+      force = Vector3<S>::zero();
+    } else {
+      force = X_LC.R.column(r - table.turns);
+      moment = cross(X_LC.p, force);
+    }
+    for (int c = 0; c < 3; ++c) {
+      bundle_[r][c] = opposite ? S(-moment[c]) : moment[c];
+      bundle_[r][3 + c] = opposite ? S(-force[c]) : force[c];
+    }
+  }
+}
+
+// From a link's frame at its joint to its parent's.
+template <class S>
+GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScratch<S>& w, int rows) {
+  const Vector3<S>& p = w.p_PL;
+  for (int r = 0; r < rows; ++r) {
+    S* F = bundle_[r];
+    Vector3<S> moment{F[0], F[1], F[2]}, force{F[3], F[4], F[5]};
+    if (link.rotated) moment = link.X_PF.R * moment, force = link.X_PF.R * force;
+    moment += cross(p, force);
+    for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
+  }
+}
+
+// Through a joint with one degree of freedom: F - G K goes on.
+template <class S>
+template <bool kMoving, recursion::OneAxis Joint>
+GRAPNEL_INLINE void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid,
+                                         int rows, S* K, S* z) {
+  constexpr int axis = Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis;
+  const S inverse = rigid ? S(0.0) : S(S(1.0) / recursion::joint_inertia(joint, link, w));
+  for (int r = 0; r < rows; ++r) {
+    S* F = bundle_[r];
+    const S k = F[axis];
+    K[r] = k;
+    z[r] = inverse * k;
+    Vector3<S> moment{F[0], F[1], F[2]}, force{F[3], F[4], F[5]};
+    S free(0.0);
+    if (!rigid) {
+      if constexpr (kMoving) free = w.g * k;
+      for (int c = 0; c < 3; ++c) moment[c] -= w.G.angular[c] * k, force[c] -= w.G.linear[c] * k;
+    }
+    if constexpr (kMoving) {
+      for (int c = 0; c < 3; ++c) free += w.bias.angular[c] * moment[c], free += w.bias.linear[c] * force[c];
+      acceleration_[r] += free;
+      squares_[r] += free * free;
+    }
+    moment = recursion::joint_forth(joint, w, moment), force = recursion::joint_forth(joint, w, force);
+    for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
+  }
+  go_on(link, w, rows);
+}
+
+// Through a spherical joint, which takes all moment: H^T J^-1 K is taken from the force. The joint's own acceleration
+// is J^-1 (torque - (I A' + p).angular).
+template <class S>
+template <bool kMoving>
+GRAPNEL_INLINE void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force,
+                                         const LinkScratch<S>& w, int rows, S* K, S* z) {
+  const SymmetricFactor3<S> J(w.I.J);
+  const std::size_t v = static_cast<std::size_t>(link.v);
+  const Vector3<S> torque{force[v], force[v + 1], force[v + 2]};
+  const Vector3<S> own = torque - w.p.angular;
+  for (int r = 0; r < rows; ++r) {
+    S* F = bundle_[r];
+    const Vector3<S> x = J.solve({F[0], F[1], F[2]});
+    for (int c = 0; c < 3; ++c) K[c * kMostRows + r] = F[c], z[c * kMostRows + r] = x[c];
+    Vector3<S> f{F[3], F[4], F[5]};
+    for (int c = 0; c < 3; ++c) f[c] -= w.I.H[0][c] * x[0] + w.I.H[1][c] * x[1] + w.I.H[2][c] * x[2];
+    if constexpr (kMoving) {
+      const S free = dot(own, x) + dot(w.bias.linear, f);
+      acceleration_[r] += free;
+      squares_[r] += free * free;
+    }
+    f = recursion::joint_forth(joint, w, f);
+    for (int c = 0; c < 3; ++c) F[c] = S(0.0), F[3 + c] = f[c];
+  }
+  go_on(link, w, rows);
+}
+
+template <class S>
+template <bool kMoving>
+void LaneColumns<S>::climb(int first, int end, int rows, const DynamicsInput<S>& in, const Links& links) {
+  using namespace recursion;
+  for (int s = first; s < end; ++s) {
+    const TreeLink<S>& link = link_of(steps_[s].link);
+    const LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
+    S *K = rows_at(K_, steps_[s].slot), *z = rows_at(z_, steps_[s].slot);
+    const bool rigid = is_prescribed(in.prescribed, link);
+    visit_joint(link, [&](auto joint) {
+      if constexpr (std::is_same_v<decltype(joint), Spherical>) {
+        pass<kMoving>(joint, link, in.force, w, rows, K, z);  // which nothing prescribes
+      } else if constexpr (!kIsRoot<decltype(joint)>) {
+        pass<kMoving>(joint, link, w, rigid, rows, K, z);
+      }
+    });
+  }
+}
+
+template <class S>
+void LaneColumns<S>::factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w,
+                                 const DynamicsInput<S>& in) {
+  S A[6][6];  // below the diagonal: what is left of I
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) A[r][c] = w.I.J(r, c), A[3 + r][3 + c] = w.I.M(r, c), A[3 + c][r] = w.I.H[r][c];
+  }
+  const std::size_t v = static_cast<std::size_t>(link.v);
+  for (std::size_t k = 0; k < 3; ++k) {
+    root.y[k] = in.force[v + k] - w.p.angular[static_cast<int>(k)];
+    root.y[3 + k] = in.force[v + 3 + k] - w.p.linear[static_cast<int>(k)];
+  }
+  for (int j = 0; j < 6; ++j) {
+    root.inverse[j] = S(1.0) / A[j][j];
+    for (int i = j + 1; i < 6; ++i) root.L[i][j] = A[i][j] * root.inverse[j];
+    for (int i = j + 1; i < 6; ++i) {
+      for (int k = j + 1; k <= i; ++k) A[i][k] -= root.L[i][j] * A[k][j];
+      root.y[i] -= root.L[i][j] * root.y[j];
+    }
+  }
+}
+
+// At the free root: F moves it, I A = F.
+template <class S>
+template <bool kMoving>
+void LaneColumns<S>::arrive(int k) {
+  const Way& way = ways_[k];
+  const RootFactor& root = root_factor_[way.same_root];
+  const int slot = steps_[way.root].slot;
+  S* wrench = root_wrench_.data() + k * 6 * kMostRows;
+  for (int r = 0; r < way.rows; ++r) {
+    const S* F = bundle_[r];
+    S x[6];  // L^-1 F
+    S free(0.0);
+    for (int i = 0; i < 6; ++i) {
+      wrench[i * kMostRows + r] = F[i];
+      x[i] = F[i];
+      for (int j = 0; j < i; ++j) x[i] -= root.L[i][j] * x[j];
+      const S z = root.inverse[i] * x[i];
+      rows_at(K_, slot + i)[r] = x[i];
+      rows_at(z_, slot + i)[r] = z;
+      if constexpr (kMoving) free += root.y[i] * z;
+    }
+    if constexpr (kMoving) {
+      acceleration_[r] += free;
+      squares_[r] += free * free;
+    }
+  }
+}
+
+template <class S>
+template <bool kMoving>
+void LaneColumns<S>::carry(int k, const DynamicsInput<S>& in, const Links& links) {
+  const Way& way = ways_[k];
+  for (int r = 0; r < way.rows; ++r) acceleration_[r] = squares_[r] = S(0.0);
+  begin_bundle(k, closures_[k].X_aC, false);
+  climb<kMoving>(way.first, way.end_a, way.rows, in, links);
+  S from_a[kMostRows][6];
+  for (int r = 0; r < way.rows; ++r) {
+    for (int c = 0; c < 6; ++c) from_a[r][c] = bundle_[r][c];
+  }
+  begin_bundle(k, place_[k], true);
+  climb<kMoving>(way.end_a, way.end_b, way.rows, in, links);
+  for (int r = 0; r < way.rows; ++r) {
+    for (int c = 0; c < 6; ++c) bundle_[r][c] += from_a[r][c];
+  }
+  climb<kMoving>(way.end_b, way.root, way.rows, in, links);
+  if (way.same_root == k) {
+    const int root = steps_[way.root].link;
+    factor_root(root_factor_[k], link_of(root), links[static_cast<std::size_t>(root)], in);
+  }
+  arrive<kMoving>(k);
+  for (int r = 0; r < way.rows; ++r) {
+    sums_[way.first_row + r] = acceleration_[r];
+    square_sums_[way.first_row + r] = squares_[r];
+  }
+}
+
+template <class S>
+template <bool kMoving>
+void LaneColumns<S>::carry_all(const DynamicsInput<S>& in, const Links& links) {
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    for (int r = 0; r < ways_[k].rows; ++r) scale_[ways_[k].first_row + r] = closures_[k].scale(tables_.loops[k], r);
+    carry<kMoving>(k, in, links);
+  }
+}
+
+template <class S>
+void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
+  const auto put = [&](int row, int column, const S& sum) {
+    pivots.at(row, column) = S(scale_[row] * scale_[column]) * sum;
+  };
+  // Closures on different trees have no block between them.
+  for (int i = 0; i < room_.rows; ++i) {
+    for (int j = 0; j < i; ++j) pivots.at(i, j) = S(0.0);
+  }
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    const Way& way = ways_[k];
+    const int first = steps_[way.first].slot, end = steps_[way.root].slot + 6;
+    for (int r = 0; r < way.rows; ++r) {
+      for (int c = 0; c <= r; ++c) {
+        S sum(0.0);
+        for (int s = first; s < end; ++s) sum += rows_at(z_, s)[r] * rows_at(K_, s)[c];
+        put(way.first_row + r, way.first_row + c, sum);
+      }
+    }
+  }
+  for (int p = 0; p < pair_count_; ++p) {
+    const Pair& pair = pairs_[p];
+    const Way &k = ways_[pair.k], &l = ways_[pair.l];
+    for (int r = 0; r < k.rows; ++r) {
+      for (int c = 0; c < l.rows; ++c) {
+        S sum(0.0);
+        for (int s = pair.first; s < pair.end; ++s)
+          sum += rows_at(z_, shared_[s].of_k)[r] * rows_at(K_, shared_[s].of_l)[c];
+        put(k.first_row + r, l.first_row + c, sum);
+      }
+    }
+  }
+}
+
+template <class S>
+void LaneColumns<S>::impose(const S* rows, std::span<const std::uint8_t> prescribed, Links& links) const {
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    const Way& way = ways_[k];
+    const S* x = rows + way.first_row;
+    const auto weighted = [&](const S* of_rows) {
+      S sum(0.0);
+      for (int r = 0; r < way.rows; ++r) sum += of_rows[r] * x[r];
+      return sum;
+    };
+    for (int s = way.first; s < way.root; ++s) {
+      const TreeLink<S>& link = link_of(steps_[s].link);
+      LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
+      const int slot = steps_[s].slot;
+      if (!has_one_axis(link.joint)) {
+        for (int c = 0; c < 3; ++c) w.p.angular[c] -= weighted(rows_at(K_, slot + c));
+      } else if (is_prescribed(prescribed, link)) {
+        (turns_about_axis(link.joint) ? w.p.angular : w.p.linear)[link.axis] -= weighted(rows_at(K_, slot));
+      } else {
+        w.g += weighted(rows_at(z_, slot));
+      }
+    }
+    LinkScratch<S>& root = links[static_cast<std::size_t>(steps_[way.root].link)];
+    const S* wrench = root_wrench_.data() + k * 6 * kMostRows;
+    for (int c = 0; c < 3; ++c) {
+      root.p.angular[c] -= weighted(wrench + c * kMostRows);
+      root.p.linear[c] -= weighted(wrench + (3 + c) * kMostRows);
+    }
+  }
+}
+
+template <class S>
+void LaneColumns<S>::release(Links& links) const {
+  for (int s = 0; s < step_count_; ++s) {
+    LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
+    w.g = S(0.0), w.p = Wrench<S>::zero();
+  }
+}
+
+}  // namespace grapnel::lanes
