@@ -15,17 +15,19 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 
 # grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM]
-#              [OWN_HEADERS])
+#              [OWN_HEADERS] [LIGHT])
 #
 # Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
 # with ctest as <name>.<Suite>.<Case>. Labels select: "slow" stays out of sanitizer builds, "engine" compares with
 # another engine. PROGRAM: the test runs the grapnel program, which is then built first.
+# LIGHT: the test's own code computes little. Under sanitizers it is compiled without optimization, in two fifths of the
+# time.
 # OWN_HEADERS: the sources define macros before they include Eigen, so nothing is included for them.
 #
 # In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
 # Headers below tests/ are found from there: #include "oracle/free_body.hpp".
 function(grapnel_test name)
-  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS;LIGHT" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "grapnel_test(${name}): unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -62,6 +64,9 @@ function(grapnel_test name)
   # What a test checks is the library, which is compiled at -O3 wherever the test's own code is not; at -O1 that code
   # compiles in 0.7 of the time.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(GRAPNEL_SANITIZE AND ARG_LIGHT)
+    target_compile_options(${name} PRIVATE -O0)
+  endif()
   target_compile_definitions(${name} PRIVATE
     GRAPNEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     $<$<TARGET_EXISTS:grapnel>:GRAPNEL_PROGRAM="$<TARGET_FILE:grapnel>">)
