@@ -440,7 +440,7 @@ class Planner {
   // From the solution without disturbance to the one with it.
   ReachSolution allow_for_disturbance(const ReachProblem& reach, ReachSolution solution, const std::string& what) {
     const FlownSolution flown =
-        solve_by_flights(disturbed_flight(reach), solution.position, solution.rate, lower_, upper_, kArrived);
+        solve_by_flights(disturbed_flight(reach), solution.position, solution.rate, reach.lower, reach.upper, kArrived);
     solution.iterations += flown.iterations;
     solution.position = flown.position, solution.rate = flown.rate;
     solution.miss = misses(reach.goals, flown.end.error);

@@ -272,6 +272,20 @@ TEST(IdleJoints, AreHeldOrUsed) {
   EXPECT_GT(std::abs(used.plan->final_position[3] - p.joint_position[3]), 0.01);
 }
 
+// A plan that is corrected by flights holds them too.
+TEST(IdleJoints, AreHeldWhereSomethingDisturbs) {
+  CaptureProblem p = first_plan();
+  plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
+  LoadSetup push;
+  push.body = "arm-1-link-1", push.amplitude = {{0, 0, 0.2}, {0, 0.3, 0}};
+  p.loads.push_back(push);
+  const CaptureResult r = flown(p);
+  for (std::size_t j = 3; j < 6; ++j) {
+    EXPECT_EQ(r.plan->final_position[j], p.joint_position[j]);
+    EXPECT_EQ(r.plan->final_rates[j], 0);
+  }
+}
+
 TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
   p.approach->tracking = {};

@@ -12,6 +12,7 @@
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
 #include "plan/tilted_arms.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -222,6 +223,7 @@ class Kept : public ::testing::TestWithParam<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, Kept, ::testing::Values(1u, 2u, 3u));
 
 TEST_P(Kept, RatesStayWithinTheirLimits) {
+  if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
   const ReachSolution free = plan_reach(base, arms.problem);
@@ -238,6 +240,7 @@ TEST_P(Kept, RatesStayWithinTheirLimits) {
 }
 
 TEST_P(Kept, EffortsStayWithinTheirLimits) {
+  if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
   ReachProblem& p = arms.problem;
@@ -267,6 +270,7 @@ TEST_P(Kept, EffortsStayWithinTheirLimits) {
 }
 
 TEST_P(Kept, TheBaseStaysNearItsAttitude) {
+  if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
   ReachProblem& p = arms.problem;
@@ -287,6 +291,7 @@ TEST_P(Kept, TheBaseStaysNearItsAttitude) {
 // Each objective against what the other solutions have of it, and its gradient by the fact that no small change is
 // better.
 TEST(WayObjective, BecomesLeast) {
+  SKIP_UNDER_SANITIZERS();
   using Kind = Objective::Kind;
   TiltedArms arms = tilted_arms(4);
   FloatingBase base(arms.model, true);
