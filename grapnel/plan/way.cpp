@@ -67,7 +67,9 @@ class Exchange {
   void exchange(std::vector<double>& y) {
     // Without anything to keep, the rounds only go on with what the optimizer was not given the time for.
     const int most = way_.problem().way.keeps_something() || wants_clearance() ? 12 : 3;
-    const bool settled_as_is = !wants_clearance() && way_.problem().objective.depends_on_end_alone();
+    // Without splines the search has made what depends on the end alone as small as it gets.
+    const bool settled_as_is =
+        !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
     double before = kInfinite;
     int stuck = 0;
     for (int round = 0; round < most; ++round) {

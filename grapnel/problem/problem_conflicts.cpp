@@ -158,6 +158,11 @@ class Conflicts : ConflictFinder {
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
   }
 
+  static constexpr double PlanWeights::*kWeights[] = {
+      &PlanWeights::excursion, &PlanWeights::nearest,       &PlanWeights::limits,      &PlanWeights::manipulability,
+      &PlanWeights::effort,    &PlanWeights::base_attitude, &PlanWeights::base_motion, &PlanWeights::clearance,
+      &PlanWeights::impulse,   &PlanWeights::impulse_index};
+
   // What a plan minimizes and keeps, against what there is to look at.
   void check_plan(const PlanSetup& plan, bool straight_in) {
     using Objective = PlanSetup::Objective;
@@ -165,6 +170,12 @@ class Conflicts : ConflictFinder {
     const auto minimizes = [&](Objective objective, double weight) {
       return plan.weights ? weight > 0 : plan.objective == objective;
     };
+    if (plan.weights && std::none_of(std::begin(kWeights), std::end(kWeights),
+                                     [&](double PlanWeights::*w) { return weights.*w != 0; })) {
+      add("approach.plan.weights",
+          "approach.plan.weights names nothing that counts; give a weight, or objective: as_found, which minimizes "
+          "nothing");
+    }
     const std::string objective = plan.weights ? "approach.plan.weights." : "approach.plan.objective: ";
     const std::string path = plan.weights ? "approach.plan.weights" : "approach.plan.objective";
     if (!problem_.clearance.enabled) {

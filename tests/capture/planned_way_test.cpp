@@ -196,6 +196,16 @@ TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
   EXPECT_LT(rotation_angle(turn), 1e-8);
 }
 
+// Splines give the joints that have to arrive with rates a shorter way there.
+TEST(Splines, ShortenTheWay) {
+  CaptureProblem p = first_plan();
+  const double simple = flown(p).plan->objective_value;
+  plan_of(p).knots = 4;
+  const CaptureResult r = flown(p);
+  EXPECT_EQ(r.plan->way->knots, 4);
+  EXPECT_LT(r.plan->objective_value, 0.7 * simple);
+}
+
 // --- Impulses
 
 // What each impulse alone would give its free target, from the impact that was flown.

@@ -150,6 +150,10 @@ const std::vector<FaultCase> kCases{
     {"plan_weight_negative",
      {way("plan: {weights: {effort: -1}}")},
      {"scenario.yaml:32:28: error: approach.plan.weights.effort is -1, must be at least 0 [1/(N m)^2]"}},
+    {"plan_weights_of_nothing",
+     {way("plan: {weights: {effort: 0}}")},
+     {"scenario.yaml:32:19: error: approach.plan.weights names nothing that counts; give a weight, or objective: "
+      "as_found, which minimizes nothing"}},
     {"plan_nearest_weight_without_guess",
      {way("plan: {weights: {nearest: 1}}")},
      {"scenario.yaml:32:29: error: approach.plan.weights.nearest needs approach.plan.guess"}},
