@@ -320,11 +320,12 @@ Objective::Objective(std::vector<Term> terms, const SegmentStart& start, std::ve
   if (std::any_of(terms_.begin(), terms_.end(), is_excursion)) excursion_ = excursion_products(start);
 }
 
+bool Objective::depends_on_end_alone(Kind kind) {
+  return kind == Kind::excursion || kind == Kind::nearest || kind == Kind::limits || kind == Kind::manipulability;
+}
+
 bool Objective::depends_on_end_alone() const {
-  return std::all_of(terms_.begin(), terms_.end(), [](const Term& t) {
-    return t.kind == Kind::excursion || t.kind == Kind::nearest || t.kind == Kind::limits ||
-           t.kind == Kind::manipulability;
-  });
+  return std::all_of(terms_.begin(), terms_.end(), [](const Term& t) { return depends_on_end_alone(t.kind); });
 }
 
 Objective Objective::with_knots(int knots) const {

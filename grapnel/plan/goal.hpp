@@ -115,6 +115,7 @@ class Objective {
   bool is_empty() const { return terms_.empty(); }
   /// Whether final values and rates are all that it depends on; else keep_way() (way.hpp) knows the rest.
   bool depends_on_end_alone() const;
+  static bool depends_on_end_alone(Kind kind);
   /// The same for a segment with so many knots.
   Objective with_knots(int knots) const;
 

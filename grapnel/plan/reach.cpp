@@ -198,7 +198,14 @@ class Search {
         if (better && is_better(*better, best)) best = *better, origin = i;
       }
     }
-    if (asks_of_way(problem_)) {
+    if (asks_of_way(problem_) && result_.approximate) {
+      result_.found = false;
+      take(best);
+      result_.failure =
+          "the end-effectors come within half their envelopes and no nearer: nothing is kept on the way to such an "
+          "end, "
+          "nor made least; leave out what approach.plan keeps";
+    } else if (asks_of_way(problem_)) {
       keep(std::move(best), origin);
     } else {
       take(best);
@@ -254,6 +261,7 @@ class Search {
     if (!kept) {
       result_.found = false;
       take(nearest ? *nearest->shot : best);
+      if (nearest) result_.objective = nearest->objective, result_.terms = nearest->terms;
       result_.failure = fmt::format(
           "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
           "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
@@ -288,9 +296,13 @@ class Search {
     result_.miss = misses(problem_.goals, shot.error);
     if (!shot.valid) return;
     result_.within_rate_limits = within_rate_limits(shot);
-    result_.objective = objective(shot);
+    // Of what depends on the way nothing is known here.
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    result_.objective = problem_.objective.depends_on_end_alone() ? objective(shot) : kUnknown;
     for (const Objective::Term& t : problem_.objective.terms()) {
-      result_.terms.push_back(problem_.objective.term(t, base_, problem_.goals, shot.position, shot.rate, nullptr));
+      result_.terms.push_back(Objective::depends_on_end_alone(t.kind)
+                                  ? problem_.objective.term(t, base_, problem_.goals, shot.position, shot.rate, nullptr)
+                                  : kUnknown);
     }
     result_.smallest_singular_value = smallest_singular_value(shot.J);
   }

@@ -58,12 +58,12 @@ struct ReachSolution {
   std::vector<GoalMiss> miss;      // per goal
   bool within_rate_limits = true;  // whether the final rates are
   double unmet_rate = 0;           // largest component of the demanded motion that no joint rates give
-  double objective = 0;
-  std::vector<double> terms;  // of it, in the order of Objective::terms(), without weights
-  int starts = 0;             // initial guesses tried
-  int solutions = 0;          // of them that led to a solution
-  int distinct = 0;           // solutions that differ by more than 1e-3 in a joint [rad or m]
-  int iterations = 0;         // Newton's, over all initial guesses
+  double objective = 0;            // NaN where it depends on a way that was not looked at
+  std::vector<double> terms;       // of it, in the order of Objective::terms(), without weights; NaN likewise
+  int starts = 0;                  // initial guesses tried
+  int solutions = 0;               // of them that led to a solution
+  int distinct = 0;                // solutions that differ by more than 1e-3 in a joint [rad or m]
+  int iterations = 0;              // Newton's, over all initial guesses
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;  // of the goals' error against final joint values, where it is not structural
   std::string failure;                 // if not found: which end-effector misses by how much, and what stops it

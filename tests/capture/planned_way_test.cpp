@@ -114,6 +114,18 @@ TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
   }
 }
 
+// What was not looked at has no value: a search that ends before has none of the way's terms.
+TEST(PlannedObjective, OfNoPlanIsUnknown) {
+  CaptureProblem p = first_plan();
+  p.targets[0].X_WT.p = {9, -2, 0};
+  plan_of(p).objective = Objective::base_motion;
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  ASSERT_TRUE(r.plan);
+  EXPECT_TRUE(std::isnan(r.plan->objective_value));
+  EXPECT_TRUE(std::isnan(term_of(r, Objective::base_motion)));
+}
+
 TEST(PlannedClearance, WithoutShapesIsNoPlan) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.1;
