@@ -17,6 +17,7 @@
 #include "grapnel/plan/straight_in.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -168,7 +169,7 @@ class Planner {
     way.R_WB0 = problem_.X_WB.R;
     way.clearance = plan.clearance;
     way.knots = plan.knots;
-    if (plan.clearance || weight_of(plan, Objective::Kind::clearance) > 0) {
+    if (plan.clearance || weight_in(plan, PlanSetup::Objective::clearance) > 0) {
       way.bodies =
           way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
       if (way.bodies->model.pairs().empty()) {
@@ -178,7 +179,7 @@ class Planner {
             "clearance.ignore leaves all pairs out");
       }
     }
-    if (weight_of(plan, Objective::Kind::impulse) > 0 || weight_of(plan, Objective::Kind::impulse_index) > 0)
+    if (weight_in(plan, PlanSetup::Objective::impulse) > 0 || weight_in(plan, PlanSetup::Objective::impulse_index) > 0)
       way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
     require_undisturbed(reach);
   }

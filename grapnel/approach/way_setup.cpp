@@ -4,6 +4,7 @@
 
 #include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/plan_objectives.hpp"
 
 namespace grapnel {
 
@@ -51,46 +52,34 @@ namespace {
 
 using Kind = Objective::Kind;
 
-// Weights of a plan and the terms that they are of, which carry the names of the objectives.
-struct Weighing {
-  double PlanWeights::*weight;
-  Kind kind;
-  PlanSetup::Objective objective;
-};
-constexpr Weighing kWeighings[] = {
-    {&PlanWeights::excursion, Kind::excursion, PlanSetup::Objective::excursion},
-    {&PlanWeights::nearest, Kind::nearest, PlanSetup::Objective::nearest},
-    {&PlanWeights::limits, Kind::limits, PlanSetup::Objective::limits},
-    {&PlanWeights::manipulability, Kind::manipulability, PlanSetup::Objective::manipulability},
-    {&PlanWeights::effort, Kind::effort, PlanSetup::Objective::effort},
-    {&PlanWeights::base_attitude, Kind::base_attitude, PlanSetup::Objective::base_attitude},
-    {&PlanWeights::base_motion, Kind::base_motion, PlanSetup::Objective::base_motion},
-    {&PlanWeights::clearance, Kind::clearance, PlanSetup::Objective::clearance},
-    {&PlanWeights::impulse, Kind::impulse, PlanSetup::Objective::impulse},
-    {&PlanWeights::impulse_index, Kind::impulse_index, PlanSetup::Objective::impulse_index},
+// What the planner calls them.
+constexpr std::pair<Kind, PlanSetup::Objective> kKinds[] = {
+    {Kind::excursion, PlanSetup::Objective::excursion},
+    {Kind::nearest, PlanSetup::Objective::nearest},
+    {Kind::limits, PlanSetup::Objective::limits},
+    {Kind::manipulability, PlanSetup::Objective::manipulability},
+    {Kind::effort, PlanSetup::Objective::effort},
+    {Kind::base_attitude, PlanSetup::Objective::base_attitude},
+    {Kind::base_motion, PlanSetup::Objective::base_motion},
+    {Kind::clearance, PlanSetup::Objective::clearance},
+    {Kind::impulse, PlanSetup::Objective::impulse},
+    {Kind::impulse_index, PlanSetup::Objective::impulse_index},
 };
 
 }  // namespace
 
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   std::vector<Objective::Term> terms;
-  for (const Weighing& w : kWeighings) {
-    const double weight = plan.weights ? (*plan.weights).*w.weight : plan.objective == w.objective ? 1.0 : 0.0;
-    if (weight > 0) terms.push_back({w.kind, weight});
+  for (const auto& [kind, objective] : kKinds) {
+    const double weight = weight_in(plan, objective);
+    if (weight > 0) terms.push_back({kind, weight});
   }
   return terms;
 }
 
-double weight_of(const PlanSetup& plan, Objective::Kind kind) {
-  for (const Objective::Term& term : objective_terms(plan)) {
-    if (term.kind == kind) return term.weight;
-  }
-  return 0;
-}
-
 PlanSetup::Objective objective_of(Objective::Kind kind) {
-  for (const Weighing& w : kWeighings) {
-    if (w.kind == kind) return w.objective;
+  for (const auto& [one, objective] : kKinds) {
+    if (one == kind) return objective;
   }
   return PlanSetup::Objective::as_found;
 }

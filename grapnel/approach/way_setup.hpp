@@ -21,8 +21,6 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);
-/// The weight of one of them; zero where it is none.
-double weight_of(const PlanSetup& plan, Objective::Kind kind);
 /// What a term is called.
 PlanSetup::Objective objective_of(Objective::Kind kind);
 

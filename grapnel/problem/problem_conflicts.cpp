@@ -5,6 +5,7 @@
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/conflict_finder.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -158,20 +159,12 @@ class Conflicts : ConflictFinder {
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
   }
 
-  static constexpr double PlanWeights::*kWeights[] = {
-      &PlanWeights::excursion, &PlanWeights::nearest,       &PlanWeights::limits,      &PlanWeights::manipulability,
-      &PlanWeights::effort,    &PlanWeights::base_attitude, &PlanWeights::base_motion, &PlanWeights::clearance,
-      &PlanWeights::impulse,   &PlanWeights::impulse_index};
-
   // What a plan minimizes and keeps, against what there is to look at.
   void check_plan(const PlanSetup& plan, bool straight_in) {
     using Objective = PlanSetup::Objective;
-    const PlanWeights none, &weights = plan.weights ? *plan.weights : none;
-    const auto minimizes = [&](Objective objective, double weight) {
-      return plan.weights ? weight > 0 : plan.objective == objective;
-    };
-    if (plan.weights && std::none_of(std::begin(kWeights), std::end(kWeights),
-                                     [&](double PlanWeights::*w) { return weights.*w != 0; })) {
+    const auto minimizes = [&](Objective objective) { return weight_in(plan, objective) > 0; };
+    if (plan.weights && std::none_of(std::begin(kPlanObjectives), std::end(kPlanObjectives),
+                                     [&](const PlanObjective& one) { return weight_in(plan, one) != 0; })) {
       add("approach.plan.weights",
           "approach.plan.weights names nothing that counts; give a weight, or objective: as_found, which minimizes "
           "nothing");
@@ -181,17 +174,17 @@ class Conflicts : ConflictFinder {
     if (!problem_.clearance.enabled) {
       if (plan.clearance)
         add("approach.plan.clearance", "approach.plan.clearance: 'clearance' is switched off, nothing is watched");
-      if (minimizes(Objective::clearance, weights.clearance))
+      if (minimizes(Objective::clearance))
         add(path, "{}clearance: 'clearance' is switched off, nothing is watched", objective);
     }
-    if (weights.nearest > 0 && plan.guess.empty())
+    if (plan.weights && minimizes(Objective::nearest) && plan.guess.empty())
       add("approach.plan.weights.nearest", "approach.plan.weights.nearest needs approach.plan.guess");
     if (!straight_in) return;
-    if (minimizes(Objective::impulse, weights.impulse) || minimizes(Objective::impulse_index, weights.impulse_index)) {
+    if (minimizes(Objective::impulse) || minimizes(Objective::impulse_index)) {
       add(path,
           "{}{}: the plan that is searched for ends at the stand-off of straight_in, where nothing is captured; leave "
           "out one of them",
-          objective, minimizes(Objective::impulse, weights.impulse) ? "impulse" : "impulse_index");
+          objective, minimizes(Objective::impulse) ? "impulse" : "impulse_index");
     }
   }
 

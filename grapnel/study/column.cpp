@@ -6,6 +6,7 @@
 #include <set>
 
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 
@@ -119,31 +120,21 @@ class Builder {
 
   // Where several objectives are weighed: each of them.
   void plan() {
-    using Objective = PlanSetup::Objective;
     if (!problem_.approach || !problem_.approach->plan || !problem_.approach->plan->weights) return;
     add("plan/objective", "1", "what the plan minimizes", [](const StudyCase&, const CaptureResult& r) {
       return r.plan && r.plan->found ? r.plan->objective_value : NAN;
     });
-    const auto term = [this](Objective objective, const char* unit, const char* description) {
-      const std::string name = name_of(objective);
-      add("plan/" + name, unit, description, [name](const StudyCase&, const CaptureResult& r) {
-        if (!r.plan) return double(NAN);
-        for (const PlanTerm& one : r.plan->terms) {
-          if (one.name == name) return one.value;
-        }
-        return double(NAN);
-      });
-    };
-    term(Objective::excursion, "rad^2", "half the sum of squares of the joints' ways; NaN, as below: without a weight");
-    term(Objective::nearest, "rad^2", "half the sum of squares of the distances from plan.guess");
-    term(Objective::limits, "1", "half the sum of squares of the distances from the middles of the joints' ranges");
-    term(Objective::manipulability, "1", "minus the logarithm of the manipulability of the arms");
-    term(Objective::effort, "(N m)^2", "half the mean of the sum of squares of the joints' efforts on the way");
-    term(Objective::base_attitude, "rad^2", "half the square of the base's turn at the capture");
-    term(Objective::base_motion, "rad^2", "half the mean square of the base's angular velocity, times the duration's");
-    term(Objective::clearance, "m", "minus the minimum clearance on the way");
-    term(Objective::impulse, "J", "energy that the capture's impulses would give the free targets, each alone");
-    term(Objective::impulse_index, "1", "impulse of relative motions at the grasps, against an immovable robot, mean");
+    for (const PlanObjective& one : kPlanObjectives) {
+      const std::string name = name_of(one.objective);
+      add("plan/" + name, one.unit, std::string(one.description) + "; NaN: without a weight",
+          [name](const StudyCase&, const CaptureResult& r) {
+            if (!r.plan) return double(NAN);
+            for (const PlanTerm& term : r.plan->terms) {
+              if (term.name == name) return term.value;
+            }
+            return double(NAN);
+          });
+    }
   }
 
   void conservation_checks() {
