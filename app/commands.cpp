@@ -5,7 +5,9 @@
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -182,6 +184,28 @@ void print_bodies(const Model& model) {
   }
 }
 
+// Frequencies of what bends, with all joints at zero.
+void print_elastic(const CaptureProblem& problem) {
+  const CaptureSystem system = make_moving_servicer(problem);
+  State state = zero_state(system.model);
+  for (const int body : system.model.springs()) {
+    const Body& b = system.model.bodies()[body];
+    state.q[b.q] = b.description.joint.spring->rest;
+  }
+  const ElasticReport report = elastic_report(system, state, "start", 0);
+  to_stdout("\nvibrations at zero joint positions: {} springs, fastest {:.6g} Hz\n", report.springs, report.fastest);
+  to_stdout("{:>6}{:>14}{:>14}{:>18}{:>10}   {}\n", "mode", "base held", "base free", "and joints free", "damping",
+            "effective mass, inertia, base held");
+  const auto known = [](double x) { return std::isnan(x) ? std::string("-") : fmt::format("{:.6g} Hz", x); };
+  for (std::size_t i = 0; i < report.modes.size(); ++i) {
+    const ElasticModeReport& m = report.modes[i];
+    const Vector3d &mass = m.effective_mass, &inertia = m.effective_inertia;
+    to_stdout("{:>6}{:>14}{:>14}{:>18}{:>10.4g}   [{:.4g}, {:.4g}, {:.4g}] kg, [{:.4g}, {:.4g}, {:.4g}] kg m^2\n",
+              i + 1, known(m.held), known(m.braked), known(m.free), m.damping_ratio, mass[0], mass[1], mass[2],
+              inertia[0], inertia[1], inertia[2]);
+  }
+}
+
 // A target by itself, read as that of a scenario in which it rests.
 int print_target(const ReadyMade& ready_made) {
   const TargetSetup target = load_ready_made_target(ready_made.name);
@@ -241,6 +265,7 @@ int info(const std::filesystem::path& file) {
                 model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
     }
     to_stdout("reach: longest possible distance from the arm's first joint\n");
+    if (is_flexible(problem.robot)) print_elastic(problem);
     return kDone;
   } catch (const InputError& error) {
     say_faults(error.faults());

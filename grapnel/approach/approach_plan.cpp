@@ -40,9 +40,9 @@ class Planner {
         plan_(plan),
         begin_(begin),
         servicer_(make_servicer(problem)),
-        flown_(make_servicer_with_wheels(problem)),
+        flown_(make_moving_servicer(problem)),
         flown_start_(initial_servicer_state(problem, flown_)),
-        start_state_(without_wheels(flown_, flown_start_, servicer_)),
+        start_state_(without_inner_motion(flown_, flown_start_, servicer_)),
         base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
         motion_(free_motion(servicer_.model, start_state_, begin, problem.gravity)),
         watch_(most_evaluations(), look_of(progress, most_evaluations())),
@@ -375,14 +375,16 @@ class Planner {
   // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
   bool disturbed() const {
     return approach_.base_control.has_value() || problem_.orbit.has_value() || !flown_.wheels.empty() ||
-           !flown_.gyros.empty() || !loads_on(servicer_.model, problem_.loads).empty();
+           !flown_.gyros.empty() || !flown_.elastic_joints.empty() ||
+           !loads_on(servicer_.model, problem_.loads).empty();
   }
 
   // Of them, those that there are.
   std::string disturbances() const {
     return std::string(problem_.orbit ? "the orbit's field, " : "") +
            (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
-           (flown_.gyros.empty() ? "" : "the control moment gyros, ") + "the loads or the base's attitude control";
+           (flown_.gyros.empty() ? "" : "the control moment gyros, ") +
+           (flown_.elastic_joints.empty() ? "" : "what yields, ") + "the loads or the base's attitude control";
   }
 
   // Loads on a target that is to be grasped.
@@ -391,6 +393,25 @@ class Planner {
       return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
                          [&](const GraspSetup& g) { return load.body == target_body_name(g.target); });
     });
+  }
+
+  // Goals for the servicer taken for rigid, whose end-effectors are where it wants them when those that its bending has
+  // moved are where they are to be, and likewise their velocities.
+  std::vector<Goal> less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const {
+    if (flown_.elastic_joints.empty()) return goals;
+    const Kinematics bent = forward_kinematics(flown_.model, flown),
+                     straight = forward_kinematics(servicer_.model, rigid);
+    for (Goal& goal : goals) {
+      const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+      const Posed is = frame_pose(flown_.model, bent, frame),
+                  taken_for = frame_pose(servicer_.model, straight, goal.frame);
+      const Rotationd back = taken_for.R * transpose(is.R);
+      goal.X_WG.p += taken_for.p - is.p;
+      goal.X_WG.R = back * goal.X_WG.R;
+      goal.direction_W = back * goal.direction_W;
+      goal.V_WG += frame_twist(servicer_.model, straight, goal.frame) - frame_twist(flown_.model, bent, frame);
+    }
+    return goals;
   }
 
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
@@ -408,23 +429,24 @@ class Planner {
         simulate_phase(dynamics, flown_start_, begin_, reach.start.end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
-    return without_wheels(flown_, outcome.end_state, servicer_);
+    return outcome.end_state;
   }
 
   // A disturbed motion's end, against the goals and the demand.
   FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
                          const std::vector<double>& rate) {
-    const State end = fly_disturbed(reach, position, rate);
+    const State flown = fly_disturbed(reach, position, rate);
+    const State end = without_inner_motion(flown_, flown, servicer_);
+    const std::vector<Goal> goals = less_bending(reach.goals, flown, end);
     const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
     base_.place(position);
     FlownEnd result;
     Eigen::MatrixXd unused, unused_too;
-    goal_error(base_, X_WB, reach.goals, result.error, unused, unused_too);
+    goal_error(base_, X_WB, goals, result.error, unused, unused_too);
     result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
     if (reach.demand == RateDemand::given) return result;
     const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
-    const DemandedRates demanded =
-        demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), reach.goals, reach.demand);
+    const DemandedRates demanded = demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand);
     for (std::size_t j = 0; j < rate.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
       result.gap[k] = demanded.rates[k] - rate[j];
@@ -509,6 +531,11 @@ class Planner {
       plan_.warnings.push_back(
           "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
           "these do");
+    }
+    if (!flown_.elastic_joints.empty()) {
+      plan_.warnings.push_back(
+          "approach: straight_in is planned for a robot that does not bend; the end-effectors will miss by what it "
+          "does");
     }
     if (problem_.orbit) warn_of_orbit(in);
   }

@@ -36,8 +36,8 @@ class Servicer {
  public:
   explicit Servicer(const CaptureProblem& problem) : system_(make_servicer(problem)) {
     const Model& model = system_.model;
-    const CaptureSystem flown = make_servicer_with_wheels(problem);
-    const State state = without_wheels(flown, initial_servicer_state(problem, flown), system_);
+    const CaptureSystem flown = make_moving_servicer(problem);
+    const State state = without_inner_motion(flown, initial_servicer_state(problem, flown), system_);
     floats_ = problem.robot.base_mode == RobotSetup::Base::free;
     motion_ = free_motion(model, state, 0, problem.gravity);
     const Kinematics kinematics = forward_kinematics(model, state);

@@ -1,9 +1,11 @@
 #include "grapnel/approach/way_setup.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 
 namespace grapnel {
@@ -21,11 +23,41 @@ std::vector<int> tied_to(const Model& model, int body) {
   return bodies;
 }
 
+namespace {
+
+// Bodies of a model with pieces on springs, two by two, whose links are not watched against each other: those of one
+// link, and of links next to each other, whose shapes overlap at the joint between them.
+void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
+                       std::vector<std::pair<int, int>>& ignored) {
+  const CaptureProblem rigid = rigid_problem(problem);
+  const Model links = make_servicer(rigid).model;
+  std::vector<BodyShape> shapes;
+  for (const auto& [body, geometry] : rigid.robot.geometry) shapes.push_back({links.body_index(body), geometry});
+  const ClearanceModel watched(links, std::move(shapes));
+  std::set<std::pair<std::string, std::string>> pairs;
+  for (const ClearancePair& pair : watched.pairs()) {
+    const std::string &a = links.bodies()[pair.body_a].description.name,
+                      &b = links.bodies()[pair.body_b].description.name;
+    pairs.emplace(a, b), pairs.emplace(b, a);
+  }
+  std::set<std::string> pieces;  // with shapes
+  for (const auto& [body, geometry] : robot.geometry) pieces.insert(body);
+  for (const std::string& a : pieces) {
+    for (const std::string& b : pieces) {
+      if (a < b && !pairs.contains({link_of_piece(a), link_of_piece(b)}))
+        ignored.emplace_back(model.body_index(a), model.body_index(b));
+    }
+  }
+}
+
+}  // namespace
+
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system, bool hands_too) {
   const Model& model = system.model;
   std::vector<BodyShape> shapes;
   if (!problem.clearance.enabled) return {};
-  for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
+  const RobotSetup robot = system.elastic_joints.empty() ? rigid_robot(problem.robot) : flexible_robot(problem.robot);
+  for (const auto& [body, geometry] : robot.geometry) shapes.push_back({model.body_index(body), geometry});
   for (const TargetSetup& t : problem.targets) {
     const int body = model.body_index(target_body_name(t.name));
     for (Geometry geometry : t.geometry) {
@@ -35,12 +67,33 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     }
   }
   std::vector<std::pair<int, int>> ignored;
-  for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
+  for (const TargetSetup& t : problem.targets) {
+    for (const auto& [name, geometry] : target_bodies(t).geometry) shapes.push_back({model.body_index(name), geometry});
+    // A target's own parts are not watched against each other.
+    std::vector<int> parts;
+    for (int i = 0; i < static_cast<int>(model.bodies().size()) && !t.panels.empty(); ++i) {
+      if (belongs_to_target(model.bodies()[i].description.name, t.name)) parts.push_back(i);
+    }
+    for (int a : parts) {
+      for (int b : parts) {
+        if (a < b) ignored.emplace_back(a, b);
+      }
+    }
+  }
+  if (!system.elastic_joints.empty()) ignore_neighbours(problem, robot, model, ignored);
+  for (const auto& [a, b] : problem.clearance.ignore) {
+    for (int piece_a : pieces_of(model, a)) {
+      for (int piece_b : pieces_of(model, b)) ignored.emplace_back(piece_a, piece_b);
+    }
+  }
   for (const GraspSetup& g : problem.grasps) {
     if (hands_too) break;
     const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
     const int target = model.body_index(target_body_name(g.target));
-    for (int body : tied_to(model, end_effector)) ignored.emplace_back(body, target);
+    for (int body : tied_to(model, end_effector)) {
+      for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description.name)))
+        ignored.emplace_back(piece, target);
+    }
   }
   // A target that is caught is a child of the grasping link, and still may touch that link alone.
   std::vector<int> targets;
@@ -84,8 +137,9 @@ PlanSetup::Objective objective_of(Objective::Kind kind) {
   return PlanSetup::Objective::as_found;
 }
 
-std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& problem, const CaptureSystem& servicer,
+std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const CaptureSystem& servicer,
                                             std::function<TargetMotion(std::size_t target, double time)> target_at) {
+  const CaptureProblem problem = rigid_problem(stated);
   const CaptureSystem system = make_capture_system(problem);
   const Model& model = system.model;
   auto bodies = std::make_shared<WayBodies>();

@@ -134,6 +134,12 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
   const ImpactSetup::Joints joints = problem_.impact->joints;
   if (joints == ImpactSetup::Joints::impedance) return {};
   std::vector<HeldRate> held = driven_rates(bodies);
+  if (problem_.impact->modes == ImpactSetup::Modes::none) {
+    for (const int body : bodies.free.model.springs()) {
+      const int v = bodies.free.model.bodies()[body].v;
+      held.push_back({v, bodies.state.v[v]});
+    }
+  }
   if (joints == ImpactSetup::Joints::free) return held;
   const std::size_t driven = held.size();
   for (std::size_t j = 0; j < size(); ++j) {

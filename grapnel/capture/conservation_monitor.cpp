@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string_view>
 
 namespace grapnel {
@@ -111,13 +112,15 @@ ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQu
 void ConservationMonitor::sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals) {
   started_ = true;
   add_scale(quantities);
+  const double dampers = std::accumulate(integrals.damper_work.begin(), integrals.damper_work.end(), 0.0);
   for (Group& group : groups_) {
     const TreeIntegrals outside = integrals.trees.empty() ? TreeIntegrals{} : integrals.trees[group.trees.front()];
     const GroupQuantities& now = quantities.trees[group.trees.front()];
     const Drift drift = look(group, now, outside.impulse);
     const double energy = now.size.inner_energy;
     double work = outside.work;
-    if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work;
+    if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work - dampers;
+    if (!integrals.damper_work.empty()) work += integrals.damper_work[group.trees.front()];
     // Stops that are met at the phase's first instant have taken their energy before its first sample.
     if (!group.in_phase) group.phase_energy = energy - work, group.at_phase_start = drift;
     group.in_phase = true;
@@ -510,8 +513,16 @@ ConservedQuantities conserved_quantities(const Model& model, const Kinematics& k
     tree.size.linear += linear;
     tree.size.angular += spin + norm(moment);
     tree.size.second_moment += d.mass * dot(r, r) + 0.5 * (d.inertia.xx + d.inertia.yy + d.inertia.zz);
-    tree.size.inner_energy += 0.5 * (twice_spin_energy + dot(own, own) / d.mass);
-    quantities.kinetic_energy += 0.5 * (twice_spin_energy + dot(m.h.linear, m.h.linear) / d.mass);
+    tree.size.inner_energy += 0.5 * twice_spin_energy;
+    quantities.kinetic_energy += 0.5 * twice_spin_energy;
+    if (d.mass == 0) continue;  // a part of a flexible body (BodyDescription::is_part)
+    tree.size.inner_energy += 0.5 * dot(own, own) / d.mass;
+    quantities.kinetic_energy += 0.5 * dot(m.h.linear, m.h.linear) / d.mass;
+  }
+  for (const int body : model.springs()) {
+    const double energy = spring_energy(model, state, body);
+    quantities.elastic_energy += energy;
+    quantities.trees[tree_of[body]].size.inner_energy += energy;
   }
   for (GroupQuantities& tree : quantities.trees)
     tree.size.energy = tree.size.inner_energy + 0.5 * dot(tree.h.linear, velocity(tree));

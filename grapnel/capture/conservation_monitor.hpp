@@ -35,6 +35,7 @@ struct ConservedQuantities {
   Vector3d com;                        // of everything
   Momentumd about_com;                 // total, about it
   double kinetic_energy = 0;           // [J]
+  double elastic_energy = 0;           // of the springs at joints [J]
   double linear_scale = 0;             // sum |m v|
   double angular_scale = 0;            // sum (|I w| + |r x m v|), r from the system's centre of mass
   std::vector<GroupQuantities> trees;  // in the order of their roots

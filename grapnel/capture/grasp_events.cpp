@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "grapnel/impact/yielding_drives.hpp"
+#include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/impact_report/impact_figures.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -207,6 +208,12 @@ void keep_report(CaptureRun& run, ImpactReport report) {
 
 namespace {
 
+// What has been caught changes what vibrates.
+void describe_captured(CaptureRun& run) {
+  if (run.detail != CaptureDetail::full || run.bodies.system.elastic_joints.empty() || run.bodies.held.empty()) return;
+  run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "captured", run.bodies.time));
+}
+
 // Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
 ImpactOutcome solve_impact(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
@@ -236,8 +243,12 @@ void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, Im
   run.bodies.state = std::move(outcome.after);
   hold_or_part(run, meeting, law, outcome.report);
   outcome.report.brake = lock_settled_joints(run);
+  if (const std::string text = describe_dependence_on_modes(outcome.report);
+      !text.empty() && run.problem.impact->modes == ImpactSetup::Modes::all)
+    run.result.warnings.push_back(fmt::format("impact at t = {:.6g} s: {}", bodies.time, text));
   keep_report(run, std::move(outcome.report));
   run.to_joined();
+  describe_captured(run);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
 }
 
@@ -399,6 +410,7 @@ void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   yielded.report.brake = lock_settled_joints(run);
   keep_report(run, std::move(yielded.report));
   run.to_joined();
+  describe_captured(run);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
 }
 

@@ -217,7 +217,7 @@ const LoadRating& LoadMonitor::rating_of(const std::string& joint_or_hand) const
 void LoadMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics) {
   open_ = true;
   name_ = name, system_ = &system;
-  bodies_ = carried_bodies(system);
+  bodies_ = loaded_bodies(system);
   determined_.clear();
   kinematics_ = Kinematics(system.model);
   motor_.resize(system.model.joints().size());

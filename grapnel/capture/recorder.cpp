@@ -4,8 +4,10 @@
 #include <limits>
 
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/approach/way_setup.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
 namespace {
@@ -15,6 +17,19 @@ constexpr std::size_t kBlockBytes = 64 << 20;  // of samples that are handed to 
 bool is_shared(const CaptureProblem& problem, const std::string& target) {
   return std::count_if(problem.grasps.begin(), problem.grasps.end(),
                        [&](const GraspSetup& g) { return g.target == target; }) > 1;
+}
+
+// Links, and pieces of them.
+std::vector<int> seen_bodies(const CaptureSystem& system) {
+  std::vector<int> bodies = carried_bodies(system);
+  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {  // panels of targets
+    const std::string& name = system.model.bodies()[i].description.name;
+    const bool is_target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
+                                       [&](int f) { return system.model.frames()[f].body == i; });
+    if (name.starts_with(target_body_name("")) && !is_target) bodies.push_back(i);
+  }
+  std::erase_if(bodies, [&](int i) { return is_between_joints(system.model.bodies()[i].description); });
+  return bodies;
 }
 
 }  // namespace
@@ -31,8 +46,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     previous_.push_back(Quaterniond::identity());
   };
   add_body("base", "the base frame");
-  for (int i : carried_bodies(system)) {
-    const std::string& name = system.model.bodies()[i].description.name;
+  for (int i : seen_bodies(system)) {
+    const std::string name = shown_name(system.model.bodies()[i].description.name);
     add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
     add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
     previous_.push_back(Quaterniond::identity());
@@ -77,6 +92,13 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
       "magnitude of the force that each joint passes on, at its origin; NaN at impacts, which take no time", joints);
   add("joints/reaction_moment", "N m", "magnitude of the moment that each joint passes on, at its origin; likewise",
       joints);
+  std::vector<std::string> elastic;
+  for (int j : system.elastic_joints)
+    elastic.push_back(system.model.bodies()[system.model.joints()[j]].description.joint.name);
+  if (!elastic.empty()) {
+    add("elastic/deflection", "rad", "of the springs that stand for what bends; m where they slide", elastic);
+    add("elastic/velocity", "rad/s", "its rate", elastic);
+  }
   controls_base_ = (problem.approach && problem.approach->base_control) ||
                    (problem.post_impact && problem.post_impact->base_control) ||
                    (problem.control && (problem.control->base_torque ||
@@ -118,6 +140,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add_momentum("robot", "the robot without targets");
   for (const TargetSetup& t : problem.targets) add_momentum("targets/" + t.name, "the target");
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
+  if (!system.elastic_joints.empty())
+    add("system/elastic_energy", "J", "energy of everything that is bent", {"elastic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
   add("system/external_work", "J",
@@ -193,7 +217,7 @@ void Recorder::put(const Rotationd& R, Quaterniond& previous) {
 // Of the robot, then of each target, also when it hangs on an arm.
 void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, const Vector3d& com) {
   const Model& model = system.model;
-  std::vector<int> robot = carried_bodies(system), target(1);
+  std::vector<int> robot = carried_bodies(system);
   robot.push_back(system.base);
   for (int j : system.wheels) robot.push_back(model.joints()[j]);
   for (const CaptureSystem::Gyro& gyro : system.gyros)
@@ -204,9 +228,12 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
     put(h.angular);
   };
   put_group(robot);
-  for (int f : system.target_frames) {
-    target[0] = model.frames()[f].body;
-    put_group(target);
+  for (const TargetSetup& target : problem_.targets) {
+    std::vector<int> bodies;
+    for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
+      if (belongs_to_target(model.bodies()[i].description.name, target.name)) bodies.push_back(i);
+    }
+    put_group(bodies);
   }
 }
 
@@ -287,7 +314,7 @@ void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
     put(V.linear);
   };
   put_body(k.X_WB[system.base], k.V_WB[system.base]);
-  for (int i : carried_bodies(system)) {
+  for (int i : seen_bodies(system)) {
     put(k.X_WB[i].p);
     put(k.X_WB[i].R, previous_[body++]);
   }
@@ -331,6 +358,7 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
   put(in_world.about_com.angular);
   put_momenta(system, k, in_world.com);
   put(in_world.kinetic_energy);
+  if (!system.elastic_joints.empty()) put(in_world.elastic_energy);
   put(finished_.motor_work + s.integrals.motor_work);
   put(finished_.friction_work + s.integrals.friction_work);
   const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
@@ -376,6 +404,15 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   };
   put_joints([&](int j) { return reaction(j, &Wrenchd::linear); });
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
+  if (!system.elastic_joints.empty()) {
+    const auto put_elastic = [&](auto value) {
+      for (int j : system.elastic_joints)
+        series_.series[next_].data.push_back(value(model.bodies()[model.joints()[j]]));
+      ++next_;
+    };
+    put_elastic([&](const Body& b) { return s.state.q[b.q] - b.description.joint.spring->rest; });
+    put_elastic([&](const Body& b) { return s.state.v[b.v]; });
+  }
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   if (!system.wheels.empty()) put_wheels(system, s);
   if (!system.gyros.empty()) put_gyros(system, s);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
@@ -15,16 +16,16 @@ namespace {
 std::string clearance_not_checked(const CaptureProblem& problem) {
   if (!problem.clearance.enabled) return "switched off by clearance.enabled";
   std::vector<std::string> without;
-  for (const BodyDescription& body : problem.robot.bodies) {
+  const RobotSetup robot = rigid_robot(problem.robot);  // links, not their pieces
+  for (const BodyDescription& body : robot.bodies) {
     const auto is_its = [&](const auto& shape) { return shape.first == body.name; };
-    if (std::none_of(problem.robot.geometry.begin(), problem.robot.geometry.end(), is_its))
-      without.push_back(body.name);
+    if (std::none_of(robot.geometry.begin(), robot.geometry.end(), is_its)) without.push_back(body.name);
   }
   for (const TargetSetup& t : problem.targets) {
     const auto is_none = [](const Geometry& shape) { return shape.shape == Geometry::Shape::none; };
     if (std::all_of(t.geometry.begin(), t.geometry.end(), is_none)) without.push_back(t.name);
   }
-  const std::size_t bodies = problem.robot.bodies.size() + problem.targets.size();
+  const std::size_t bodies = robot.bodies.size() + problem.targets.size();
   if (without.empty() || bodies < 2) return "";
   if (without.size() == bodies) return "no body has a shape";
   constexpr std::size_t kNamed = 4;

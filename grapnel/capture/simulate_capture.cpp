@@ -10,7 +10,9 @@
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
 #include "grapnel/capture/replanning.hpp"
+#include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/problem_scene.hpp"
 
 namespace grapnel {
@@ -111,6 +113,8 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   const auto planning = [&](double) { run.progress(kPlanning, 0, 0); };
   const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
   place_bodies(run.problem, targets, run.bodies);
+  if (run.detail == CaptureDetail::full && !run.bodies.system.elastic_joints.empty())
+    run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "start", run.bodies.time));
   if (!run.problem.approach) return;
   if (chosen && !chosen->failure.empty()) {
     run.result.plan = chosen->closest;
@@ -195,9 +199,11 @@ OrbitReport describe_orbit(const OrbitSetup& setup) {
 struct CaptureSteps::Work {
   Work(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part, SeriesSink* sink)
       : chosen(chosen_time(problem, progress)),
+        flexible(is_flexible(problem.robot) ? std::make_unique<CaptureProblem>(flexible_problem(timed(problem)))
+                                            : nullptr),
         frame(moving_frame(problem)),
-        seen(frame.is_world() ? nullptr : std::make_unique<CaptureProblem>(seen_from(frame, timed(problem)))),
-        run(seen ? *seen : timed(problem), frame, detail, std::move(progress), sink, result),
+        seen(frame.is_world() ? nullptr : std::make_unique<CaptureProblem>(seen_from(frame, modelled(problem)))),
+        run(seen ? *seen : modelled(problem), frame, detail, std::move(progress), sink, result),
         body(capture(run, part, chosen)) {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
@@ -211,9 +217,12 @@ struct CaptureSteps::Work {
 
   // The problem with a duration, whether it states it or has it looked for.
   const CaptureProblem& timed(const CaptureProblem& problem) const { return chosen ? chosen->problem : problem; }
+  /// The same with pieces on springs in place of what bends.
+  const CaptureProblem& modelled(const CaptureProblem& problem) const { return flexible ? *flexible : timed(problem); }
 
   CaptureResult result;
-  const std::optional<CaptureTime> chosen;  // of a problem with a window
+  const std::optional<CaptureTime> chosen;               // of a problem with a window
+  const std::unique_ptr<const CaptureProblem> flexible;  // null: nothing bends
   const MovingFrame frame;
   const std::unique_ptr<const CaptureProblem> seen;  // in the frame in which it is computed; null: the problem itself
   CaptureRun run;

@@ -92,4 +92,9 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
   return twice / 2;
 }
 
+double spring_energy(const Model& model, const State& state, int body) {
+  const Body& b = model.bodies()[body];
+  return b.description.joint.spring->energy(state.q[b.q]);
+}
+
 }  // namespace grapnel

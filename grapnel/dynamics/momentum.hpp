@@ -45,6 +45,9 @@ Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const
 double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
                       std::span<const int> roots = {});
 
+/// Energy of the spring at a body's joint [J]; the body is one of Model::springs().
+double spring_energy(const Model& model, const State& state, int body);
+
 // What deviations of momentum and energy are relative to, for one group of bodies that touch (docs/theory.md, section
 // 9), as a template on the scalar: the conservation checks of single captures and those of lanes share it.
 
@@ -56,8 +59,8 @@ struct GroupSize {
   S linear;         // sum |m v| [N s]
   S angular;        // sum (|I w| + |r x m (v - V)|) [N m s]
   S second_moment;  // sum (m r^2 + tr(I) / 2) = mass times the radius of gyration squared [kg m^2]
-  S inner_energy;   // kinetic energy of the motion relative to the centre of mass, rotors included [J]
-  S energy;         // kinetic energy [J]
+  S inner_energy;   // kinetic energy of the motion relative to the centre of mass, rotors included, and of springs [J]
+  S energy;         // the same and kinetic energy of the centre of mass [J]
 };
 
 /// Scales of one group.

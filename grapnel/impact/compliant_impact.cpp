@@ -285,8 +285,11 @@ void Run::check_balances(double t, std::span<const double> y) {
   result_.held_work = y[system_.work_offset()];
   if (drive_) result_.drive_work = y[system_.drive_offset()];
   const double before = result_.kinetic_energy_taking_part, after = system_.kinetic_energy_taking_part_now();
-  const double missing =
-      std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work - result_.drive_work);
+  result_.spring_energy_after = system_.spring_energy_now();
+  if (system_.has_springs()) result_.spring_energy_lost = y[system_.spring_offset()];
+  const double in_springs = result_.spring_energy_after - result_.spring_energy_before + result_.spring_energy_lost;
+  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost + in_springs -
+                                  result_.held_work - result_.drive_work);
   if (missing > 0) result_.energy_residual = missing / std::max(before, after);
 }
 
@@ -297,6 +300,7 @@ CompliantOutcome Run::outcome() {
   system_.load(0, start);
   result_.kinetic_energy_before = system_.kinetic_energy_now();
   result_.kinetic_energy_taking_part = system_.kinetic_energy_taking_part_now();
+  result_.spring_energy_before = system_.spring_energy_now();
   scales_ = compliant_scales(model_, state_, system_, contacts_, grasps_);
   CompliantRecorder recorder(system_, setup_.samples,
                              scales_.speed > 0 ? scales_.shortest_time / setup_.samples : setup_.longest);

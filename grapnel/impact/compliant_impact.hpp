@@ -7,8 +7,9 @@
 /// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
 /// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
-/// Limitations: motors do nothing meanwhile but what an ImpactDrive says; joint friction and gravity do nothing; a
-/// contact is a point against a plane; grasps turn by less than half a turn.
+/// Springs at joints (JointDescription::spring) and their dampers work meanwhile.
+/// Limitations: motors do nothing meanwhile but what an ImpactDrive says; other joint friction and gravity do nothing;
+/// a contact is a point against a plane; grasps turn by less than half a turn.
 
 #include <functional>
 #include <span>
@@ -110,8 +111,11 @@ struct CompliantOutcome {
   double held_work = 0;               // [J] done by these efforts
   double drive_work = 0;              // [J] done by an ImpactDrive's
   double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
+  double spring_energy_before = 0, spring_energy_after = 0;  // of springs at joints, of the trees that take part [J]
+  double spring_energy_lost = 0;                             // by their dampers [J]
   double kinetic_energy_taking_part = 0;  // before, of the trees that an interface or a held velocity acts on [J]
-  /// |T+ + V+ + lost - held_work - drive_work - T-| of these trees, over their T- or T+, whichever is larger.
+  /// |T+ + V+ + lost - held_work - drive_work - T-| of these trees, with what springs at joints hold and lose, over
+  /// their T- or T+, whichever is larger.
   double energy_residual = 0;
   long rhs_evaluations = 0, steps = 0;
 };

@@ -94,6 +94,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       contacts_(contacts.begin(), contacts.end()),
       grasps_(grasps.begin(), grasps.end()),
       held_(held.begin(), held.end()),
+      springs_(model.springs()),
       start_(state),
       now_(state),
       prescribed_(marked(model.velocities(), held)),
@@ -107,6 +108,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       vdot_(model.velocities()),
       qdot_(model.coordinates()),
       effort_(model.velocities()),
+      force_(model.velocities()),
       drive_(drive) {
   phase.assign(contacts.size(), ContactPhase::apart);
   const auto touch = [&](int b) { taking_part_.push_back(model.bodies()[b].root); };
@@ -280,6 +282,18 @@ void CompliantSystem::load_grasp(std::size_t index) {
 
 double CompliantSystem::kinetic_energy_now() const { return kinetic_energy(model_, workspace_.kinematics, now_); }
 
+bool CompliantSystem::takes_part(int body) const {
+  return std::find(taking_part_.begin(), taking_part_.end(), model_.bodies()[body].root) != taking_part_.end();
+}
+
+double CompliantSystem::spring_energy_now() const {
+  double energy = 0;
+  for (const int body : springs_) {
+    if (takes_part(body)) energy += spring_energy(model_, now_, body);
+  }
+  return energy;
+}
+
 double CompliantSystem::kinetic_energy_taking_part_now() const {
   return taking_part_.empty() ? 0 : kinetic_energy(model_, workspace_.kinematics, now_, taking_part_);
 }
@@ -333,8 +347,14 @@ const std::vector<double>& CompliantSystem::accelerations_now() {
     drive_->efforts(elapsed_, now_, wrenches_, effort_);
     for (int v : held_) effort_[v] = 0;
   }
+  std::copy(effort_.begin(), effort_.end(), force_.begin());
+  for (const int body : springs_) {  // (22.1)
+    const Body& b = model_.bodies()[body];
+    const JointDescription& joint = b.description.joint;
+    force_[b.v] += joint.spring->effort(now_.q[b.q]) - joint.spring->damping * now_.v[b.v];
+  }
   DynamicsInput<double> in;
-  in.q = now_.q, in.v = now_.v, in.force = effort_, in.link_wrench = workspace_.link_wrench;
+  in.q = now_.q, in.v = now_.v, in.force = force_, in.link_wrench = workspace_.link_wrench;
   in.prescribed = prescribed_, in.acceleration = zero_;
   articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
   return vdot_;
@@ -355,6 +375,11 @@ void CompliantSystem::rates(double t, std::span<const double> y, std::span<doubl
   accelerations_now();
   for (std::size_t i = 0; i < rates_.size(); ++i) dydt[rate_at_ + i] = vdot_[rates_[i]];
   for (std::size_t v = 0; drive_ && v < effort_.size(); ++v) dydt[drive_offset()] += effort_[v] * now_.v[v];
+  for (const int body : springs_) {
+    if (!takes_part(body)) continue;
+    const Body& b = model_.bodies()[body];
+    dydt[spring_offset()] += b.description.joint.spring->damping * now_.v[b.v] * now_.v[b.v];
+  }
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const double effort = workspace_.force[held_[i]];
     dydt[held_at_ + i] = effort;

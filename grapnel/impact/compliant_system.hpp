@@ -93,13 +93,14 @@ struct InterfaceLoad {
 /// Integrated numbers y: how coordinates differ from the start (StartPose), of free uniform motion for trees moved by
 /// their centres of mass; how the velocities differ that are neither held nor follow from momentum; per interface
 /// (contacts, then grasps) the impulse about its point at the start; per interface the energy lost; per held velocity
-/// its impulse; the work of held velocities; with a drive its work. All zero at the start.
+/// its impulse; the work of held velocities; with a drive its work; with springs at joints (JointDescription::spring)
+/// the energy that their dampers have taken. All zero at the start.
 class CompliantSystem {
  public:
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                   std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive = nullptr);
 
-  int size() const { return work_at_ + (drive_ ? 2 : 1); }
+  int size() const { return spring_offset() + (springs_.empty() ? 0 : 1); }
   int interfaces() const { return contact_count() + grasp_count(); }
   int contact_count() const { return static_cast<int>(contacts_.size()); }
   int grasp_count() const { return static_cast<int>(grasps_.size()); }
@@ -110,7 +111,8 @@ class CompliantSystem {
   int loss_offset(int interface) const { return loss_at_ + interface; }
   int held_offset(int held) const { return held_at_ + held; }
   int work_offset() const { return work_at_; }
-  int drive_offset() const { return work_at_ + 1; }  // of the drive's work, with one
+  int drive_offset() const { return work_at_ + 1; }                  // of the drive's work, with one
+  int spring_offset() const { return work_at_ + (drive_ ? 2 : 1); }  // of what dampers at sprung joints have taken
   /// Velocities (indices into State::v) that y holds, in order.
   std::span<const int> integrated_rates() const { return rates_; }
   bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
@@ -124,6 +126,9 @@ class CompliantSystem {
   double kinetic_energy_now() const;
   /// Of the trees that an interface or a held velocity acts on [J].
   double kinetic_energy_taking_part_now() const;
+  /// Of the springs at their joints [J].
+  double spring_energy_now() const;
+  bool has_springs() const { return !springs_.empty(); }
   /// Rates of all velocities under the present loads, per State::v; held ones zero.
   const std::vector<double>& accelerations_now();
   /// A grasp's relative twist in the axes that its target had at the start.
@@ -143,6 +148,7 @@ class CompliantSystem {
 
  private:
   void recover_roots_at(double t, std::span<const double> y);
+  bool takes_part(int body) const;
   void load_contact(std::size_t index);
   void load_grasp(std::size_t index);
   Vector3d apart_by(int robot_body, int target_body, const Vector3d& arm) const;
@@ -154,6 +160,7 @@ class CompliantSystem {
   std::vector<CompliantContact> contacts_;
   std::vector<CompliantGrasp> grasps_;
   std::vector<int> held_;
+  std::vector<int> springs_;      // bodies on joints with springs
   std::vector<int> taking_part_;  // roots of the trees that an interface or a held velocity acts on
   State start_, now_;
   std::vector<std::uint8_t> prescribed_, by_momentum_;
@@ -180,7 +187,7 @@ class CompliantSystem {
   Workspace workspace_;
   std::vector<InterfaceLoad> loads_;
   std::vector<ExternalWrench> wrenches_;
-  std::vector<double> zero_, vdot_, qdot_, effort_;
+  std::vector<double> zero_, vdot_, qdot_, effort_, force_;  // effort_: of the drive
   ImpactDrive* drive_;
 };
 

@@ -12,8 +12,10 @@
 #include "grapnel/impact/bilateral_restitution.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/impact_report/contact.hpp"
+#include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/impact_report/impact_figures.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
 
@@ -64,7 +66,8 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
     // A wheel or gimbal is no joint of the robot's; its bearing's impulse reaches the base all the same.
-    if (!is_inside_base(body.description.name)) report.joints.push_back(joint);
+    if (!is_inside_base(body.description.name) && !is_made_of_flexibility(body.description))
+      report.joints.push_back(joint);
     if (body.parent == system.base) {
       // The joint acts on the base with the opposite; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);
@@ -242,6 +245,7 @@ void describe_held(const ImpactTask& task, const ImpactSolution& solution, Impac
   for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
     const double before = task.contact.state.v[task.held[i].velocity], after = solution.velocity[task.held[i].velocity];
     HeldJoint joint;
+    if (yields(held_joint(task.system.model, task.held[i]))) continue;  // impact.modes: none
     joint.joint = held_joint(task.system.model, task.held[i]).name;
     joint.impulse = solution.held_impulses[i];
     joint.work = 0.5 * joint.impulse * (before + after);
@@ -375,7 +379,10 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   ImpactTask as_kept = task;
   as_kept.held = kept;
   add_measures(as_kept, report);
-  if (task.law == ImpactSetup::Law::plastic) add_sensitivities(task, report);
+  if (task.law == ImpactSetup::Law::plastic) {
+    add_sensitivities(task, report);
+    report.by_modes = impulses_by_modes(task);
+  }
   if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
   } else if (rebounds) {

@@ -7,6 +7,7 @@
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
 
@@ -70,10 +71,15 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
 std::vector<int> carried_bodies(const CaptureSystem& system) {
   std::vector<int> bodies;
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
-    const bool target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
-                                    [&](int f) { return system.model.frames()[f].body == i; });
+    const bool target = system.model.bodies()[i].description.name.starts_with(target_body_name(""));
     if (i != system.base && !target && !is_inside_base(system.model.bodies()[i].description.name)) bodies.push_back(i);
   }
+  return bodies;
+}
+
+std::vector<int> loaded_bodies(const CaptureSystem& system) {
+  std::vector<int> bodies = carried_bodies(system);
+  std::erase_if(bodies, [&](int i) { return is_made_of_flexibility(system.model.bodies()[i].description); });
   return bodies;
 }
 

@@ -26,6 +26,8 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
 /// Bodies of the robot that joints carry, fixed ones too: all but the base. Their order is the robot's in every model
 /// of one capture.
 std::vector<int> carried_bodies(const CaptureSystem& system);
+/// Of them, those on joints that the robot has; not the pieces of links that bend.
+std::vector<int> loaded_bodies(const CaptureSystem& system);
 
 /// Wrench of one grasp, on the robot at the grasp, in W, [moment; force].
 struct GraspWrench {

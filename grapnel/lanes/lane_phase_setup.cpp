@@ -214,13 +214,14 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!model.rotors().empty()) return "rotors store momentum";
   for (const int body : model.joints()) {
     // The same of what joints have.
-    const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor] =
-        model.bodies()[static_cast<std::size_t>(body)].description.joint;
+    const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
+                 elasticity] = model.bodies()[static_cast<std::size_t>(body)].description.joint;
     const auto& [viscous, coulomb, transition_rate, friction_model, static_effort] = joint_friction;
     const auto& [lower, upper, rate, effort, stop] = limits;
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
     if (stop) return "joints have stops";
     if (motor) return "joints have motors";
+    if (spring) return "joints have springs";
   }
   if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {

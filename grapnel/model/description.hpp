@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "grapnel/model/joint_type.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
@@ -63,6 +64,25 @@ struct JointMotor {
   double resistance = 0;       // of its winding [Ohm]
 };
 
+/// A linear spring and damper at a joint of one axis, which pulls it back to `rest`: effort -stiffness (q - rest) -
+/// damping rate, (22.1) of docs/theory.md. Joints with a spring are not driven: hinges of panels, gears that yield,
+/// pieces of links that bend.
+struct JointSpring {
+  double stiffness = 0;  // [N m/rad or N/m]
+  double damping = 0;    // [N m s/rad or N s/m]
+  double rest = 0;       // [rad or m]
+
+  double effort(double q) const { return -stiffness * (q - rest); }                    // of the spring alone
+  double energy(double q) const { return 0.5 * stiffness * (q - rest) * (q - rest); }  // [J]
+};
+
+/// How the gear of a driven joint yields between its motor and its body (flexible_robot() makes a joint with a spring
+/// of it; a Model takes it for rigid).
+struct JointElasticity {
+  double stiffness = 0;  // seen at the joint [N m/rad or N/m]
+  double damping = 0;    // likewise [N m s/rad or N s/m]
+};
+
 /// A joint between a body and its parent.
 struct JointDescription {
   std::string name;
@@ -77,11 +97,40 @@ struct JointDescription {
   /// alone. Present: its spin counts in the momentum, (19.6) of docs/theory.md.
   std::optional<Vector3d> rotor_axis = {};
   std::optional<JointMotor> motor = {};
+  std::optional<JointSpring> spring = {};
+  std::optional<JointElasticity> elasticity = {};
 
   /// What the rotor adds to the joint's diagonal of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }
   /// The rotor's spin momentum per joint rate, in the joint's frame [kg m^2, or kg m]; zero without an axis.
   Vector3d rotor_momentum() const { return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero(); }
+};
+
+/// A straight beam within a body, along which the body bends and twists (flexible_robot() makes pieces on springs of
+/// it; a Model takes it for rigid). x: along the beam; y and z: principal axes of its section. What of the body is
+/// before its beginning moves with that, what is beyond its end with the end.
+struct BeamDescription {
+  Vector3d from = Vector3d::zero(), to = Vector3d::zero();  // its ends, in the body's frame [m]
+  /// Direction of y, of which what is across the beam counts; absent: the body's y axis, of a beam along that its z
+  /// axis.
+  std::optional<Vector3d> section_y = {};
+  std::optional<double> mass_per_length = {};      // absent: it has the whole mass of the body [kg/m]
+  double rotary_inertia = 0;                       // of the section about the beam, per length [kg m]
+  std::optional<double> bending_stiffness_y = {};  // E I about y; absent: rigid [N m^2]
+  std::optional<double> bending_stiffness_z = {};  // E I about z; absent: rigid [N m^2]
+  std::optional<double> torsional_stiffness = {};  // G J; absent: rigid [N m^2]
+  double damping_ratio = 0;                        // of its first mode of each kind, clamped at `from`, by itself
+  int segments = 4;                                // equal lengths, each of which yields at its two Gauss points
+};
+
+/// A mode of vibration of what is clamped at a body's frame, as makers of solar panels state it: with the mode's
+/// coordinate in the norm of unit modal mass, a rate of one has these momenta about the frame's origin
+/// (flexible_robot() makes a mass on a spring of it; a Model takes it for rigid).
+struct VibrationMode {
+  double frequency = 0;  // [Hz]
+  double damping_ratio = 0;
+  Vector3d translation = Vector3d::zero();  // participation [kg^(1/2)]
+  Vector3d rotation = Vector3d::zero();     // [kg^(1/2) m]
 };
 
 /// A rigid body and the joint that carries it. Its frame sits at the joint: X_PB(q) = X_PF * joint motion(q).
@@ -93,6 +142,11 @@ struct BodyDescription {
   double mass = 0;                            // [kg]
   Vector3d com = Vector3d::zero();            // in the body's frame [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in the body's axes [kg m^2]
+  std::optional<BeamDescription> beam = {};
+  std::vector<VibrationMode> modes = {};  // in place of a beam
+  /// A part of a flexible body, or what lies between two of its joints. It may lack mass, or inertia about some axis,
+  /// which the parts that hang on it have.
+  bool is_part = false;
 };
 
 /// A named frame fixed on a body: an end-effector, a grasp point, a sensor.

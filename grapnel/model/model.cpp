@@ -95,6 +95,9 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
   if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio))
     fault("rotor inertia must not be negative, gear ratio finite");
   if (j.rotor_axis && !(std::abs(norm(*j.rotor_axis) - 1) < 1e-9)) fault("the rotor's axis must be a unit vector");
+  if (const auto& s = j.spring; s && (!has_one_axis(j.type) || !(s->stiffness > 0) || !std::isfinite(s->stiffness) ||
+                                      !(s->damping >= 0) || !std::isfinite(s->rest)))
+    fault("a spring needs a joint of one axis, a positive stiffness and damping that is not negative");
   if (const auto& stop = j.limits.stop;
       stop && (!(stop->restitution >= 0 && stop->restitution <= 1) || !(stop->rest_rate >= 0)))
     fault("a stop's restitution must be from 0 to 1, its rest rate not negative");
@@ -106,9 +109,14 @@ void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("body '{}': {}", body.name, text)); };
   if (const std::string text = placement_fault(body.X_PF); !text.empty()) fault("joint " + text);
   if (!finite(body.com)) fault("centre of mass is not finite");
-  if (!(body.mass > 0) || !std::isfinite(body.mass)) fault(fmt::format("mass {} must be positive", body.mass));
-  const std::string inertia = inertia_fault(body.inertia);
-  if (!inertia.empty()) fault(inertia);
+  if (body.is_part) {
+    if (!(body.mass >= 0) || !std::isfinite(body.mass) || !finite(body.inertia) || body.parent.empty())
+      fault("a part of a body needs a parent, and a mass that is not negative");
+  } else {
+    if (!(body.mass > 0) || !std::isfinite(body.mass)) fault(fmt::format("mass {} must be positive", body.mass));
+    const std::string inertia = inertia_fault(body.inertia);
+    if (!inertia.empty()) fault(inertia);
+  }
   check_joint(body, faults);
 }
 
@@ -250,6 +258,7 @@ Model ModelBuilder::build() const {
     if (has_one_axis(type)) model.joints_.push_back(static_cast<int>(i));
     if (const Vector3d h = b.joint.rotor_momentum(); has_one_axis(type) && dot(h, h) > 0)
       model.rotors_.push_back(static_cast<int>(i));
+    if (b.joint.spring) model.springs_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
   std::vector<BodyPlacement> placements;

@@ -57,6 +57,8 @@ class Model {
   const std::vector<int>& joints() const { return joints_; }
   /// Bodies with a joint whose rotor's spin counts (JointDescription::rotor_axis); the parent carries it.
   const std::vector<int>& rotors() const { return rotors_; }
+  /// Bodies on a joint with a spring (JointDescription::spring).
+  const std::vector<int>& springs() const { return springs_; }
   /// Offsets in State::q of every unit quaternion.
   const std::vector<int>& quaternions() const { return quaternions_; }
   /// Total mass [kg].
@@ -74,6 +76,7 @@ class Model {
   std::vector<Frame> frames_;
   std::vector<int> joints_;
   std::vector<int> rotors_;
+  std::vector<int> springs_;
   std::vector<int> quaternions_;
   Tree<double> tree_;
 };

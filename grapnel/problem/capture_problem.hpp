@@ -121,6 +121,8 @@ struct RobotSetup {
   std::optional<double> propellant;                         // at hand [kg]; absent: nobody says
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
+  /// Of a robot whose beams and gears have become pieces on springs (flexible_robot()): what it was; else null.
+  std::shared_ptr<const RobotSetup> undeformed = {};
 };
 
 /// The shapes of a body of a robot, in their order in RobotSetup::geometry.
@@ -133,7 +135,22 @@ struct GraspPoint {
   std::optional<Vector3d> normal = {};              // unit, in the target's frame: the surface's, outward
 };
 
-/// A free rigid body to be caught.
+/// What stands out from a target and may bend: a solar panel, a boom. Its frame is where it is mounted.
+struct PanelSetup {
+  std::string name;
+  Posed X_TP = Posed::identity();             // in the target's frame
+  double mass = 0;                            // [kg]
+  Vector3d com = Vector3d::zero();            // in the panel's frame [m]
+  Symmetric3d inertia = Symmetric3d::zero();  // about its centre of mass, its axes [kg m^2]
+  std::optional<Vector3d> hinge_axis = {};    // unit, in the panel's frame: it turns about it on `hinge`
+  std::optional<JointSpring> hinge = {};      // absent: fixed
+  std::optional<BeamDescription> beam = {};
+  std::vector<VibrationMode> modes = {};  // in place of a beam
+  std::vector<Geometry> geometry;         // its shapes
+};
+
+/// A free body to be caught, rigid but for its panels. Mass, centre of mass and inertia are those of the whole, with
+/// its panels as they are at rest.
 struct TargetSetup {
   std::string name;
   double mass = 0;                            // [kg]
@@ -143,7 +160,8 @@ struct TargetSetup {
   enum class Instant { start, capture };
   Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
   Posed X_WT = Posed::identity();
-  Twistd V_WT = Twistd::zero();                 // at the target frame's origin, in W
+  Twistd V_WT = Twistd::zero();  // at the target frame's origin, in W
+  std::vector<PanelSetup> panels;
   std::optional<TargetEstimate> estimate = {};  // on which the approach is planned; absent: the truth
   std::vector<GraspPoint> grasp_points;
 };
@@ -404,6 +422,10 @@ struct ImpactSetup {
   /// impedance: by the law of ImpedanceSetup, law compliant only.
   enum class Joints { free, braked, driven, impedance };
   Joints joints = Joints::free;
+  /// What bends during an impact. all: everything. none: nothing does meanwhile, and what bent goes on as fast as
+  /// before (for laws without duration: the more modes can answer a rigid contact the less its impulse is).
+  enum class Modes { all, none };
+  Modes modes = Modes::all;
   double restitution = 0;          // e of contacts; of grasps, of the linear rows
   double angular_restitution = 0;  // of grasps
   double friction = 0;             // Coulomb's coefficient; laws friction and compliant

@@ -8,6 +8,7 @@
 
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
@@ -392,9 +393,14 @@ void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
   }
 }
 
-ModelBuilder servicer_builder(const CaptureProblem& problem, bool with_wheels) {
+// The robot as its model has it: with what yields and turns inside it, or without.
+RobotSetup modelled(const CaptureProblem& problem, bool moving) {
+  return moving ? flexible_robot(problem.robot) : rigid_robot(problem.robot);
+}
+
+ModelBuilder servicer_builder(const CaptureProblem& problem, const RobotSetup& robot, bool with_wheels) {
   ModelBuilder builder;
-  for (BodyDescription body : problem.robot.bodies) {
+  for (BodyDescription body : robot.bodies) {
     if (body.name == problem.robot.base) {
       if (with_wheels) {
         for (const WheelSetup& wheel : problem.robot.wheels) builder.add(wheel_body(wheel, body));
@@ -412,11 +418,11 @@ ModelBuilder servicer_builder(const CaptureProblem& problem, bool with_wheels) {
     }
     builder.add(std::move(body));
   }
-  for (const FrameDescription& frame : problem.robot.end_effectors) builder.add(frame);
+  for (const FrameDescription& frame : robot.end_effectors) builder.add(frame);
   return builder;
 }
 
-CaptureSystem index(const CaptureProblem& problem, Model model, bool with_targets) {
+CaptureSystem index(const CaptureProblem& problem, const RobotSetup& robot, Model model, bool with_targets) {
   CaptureSystem system{std::move(model), 0, {}, {}, {}, {}, {}};
   system.base = system.model.body_index(problem.robot.base);
   for (const FrameDescription& f : problem.robot.end_effectors)
@@ -427,8 +433,10 @@ CaptureSystem index(const CaptureProblem& problem, Model model, bool with_target
     }
   }
   for (std::size_t j = 0; j < system.model.joints().size(); ++j) {
-    const std::string& name = system.model.bodies()[system.model.joints()[j]].description.name;
-    if (find_named(problem.robot.bodies, name) != problem.robot.bodies.end()) {
+    const BodyDescription& body = system.model.bodies()[system.model.joints()[j]].description;
+    if (yields(body.joint)) {
+      system.elastic_joints.push_back(static_cast<int>(j));
+    } else if (find_named(robot.bodies, body.name) != robot.bodies.end()) {
       system.robot_joints.push_back(static_cast<int>(j));
     }
   }
@@ -481,14 +489,16 @@ bool is_inside_base(const std::string& body_name) {
 }
 
 CaptureSystem make_servicer(const CaptureProblem& problem) {
-  return index(problem, servicer_builder(problem, false).build(), false);
+  const RobotSetup robot = modelled(problem, false);
+  return index(problem, robot, servicer_builder(problem, robot, false).build(), false);
 }
 
-CaptureSystem make_servicer_with_wheels(const CaptureProblem& problem) {
-  return index(problem, servicer_builder(problem, true).build(), false);
+CaptureSystem make_moving_servicer(const CaptureProblem& problem) {
+  const RobotSetup robot = modelled(problem, true);
+  return index(problem, robot, servicer_builder(problem, robot, true).build(), false);
 }
 
-State without_wheels(const CaptureSystem& with, const State& state, const CaptureSystem& without) {
+State without_inner_motion(const CaptureSystem& with, const State& state, const CaptureSystem& without) {
   State result = zero_state(without.model);
   for (std::size_t j = 0; j < without.robot_joints.size(); ++j) {
     const Body& to = without.model.bodies()[without.model.joints()[without.robot_joints[j]]];
@@ -519,12 +529,13 @@ std::string wheel_fault(const RobotSetup& robot) {
 }
 
 CaptureSystem make_capture_system(const CaptureProblem& problem) {
-  ModelBuilder builder = servicer_builder(problem, true);
+  const RobotSetup robot = modelled(problem, true);
+  ModelBuilder builder = servicer_builder(problem, robot, true);
   for (const TargetSetup& t : problem.targets) {
-    builder.add(target_body(t));
+    for (BodyDescription& body : target_bodies(t).bodies) builder.add(std::move(body));
     builder.add(FrameDescription{target_body_name(t.name), target_body_name(t.name), Posed::identity()});
   }
-  CaptureSystem system = index(problem, builder.build(), true);
+  CaptureSystem system = index(problem, robot, builder.build(), true);
   std::vector<std::string> faults;
   check_grasps(problem, faults);
   check_phases(problem, system.robot_joints.size(), faults);
@@ -554,6 +565,10 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
       const JointPoint first = evaluate(trajectory_of({approach.pieces.data(), 1}, j), 0);
       state.q[body.q] = first.position, state.v[body.v] = first.rate;
     }
+  }
+  for (const int body : system.model.springs()) {
+    const Body& b = system.model.bodies()[body];
+    state.q[b.q] = b.description.joint.spring->rest;
   }
   for (std::size_t w = 0; w < system.wheels.size() && !problem.wheel_rate.empty(); ++w)
     state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v] = problem.wheel_rate[w];

@@ -40,7 +40,7 @@ struct CaptureSystem {
   int base;                                // body
   std::vector<int> end_effectors;          // frames, in the robot's order
   std::vector<int> target_frames;          // the targets' own frames, in the problem's order
-  std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot; no wheels, no gyros
+  std::vector<int> robot_joints;           // positions in Model::joints() of the robot's driven ones
   std::vector<int> wheels = {};            // of its wheels, in the robot's order
   std::vector<HeldGrasp> grasps = {};      // that hold; none before the capture
   std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target
@@ -48,7 +48,8 @@ struct CaptureSystem {
   struct Gyro {
     int gimbal = -1, rotor = -1;
   };
-  std::vector<Gyro> gyros = {};  // in the robot's order
+  std::vector<Gyro> gyros = {};          // in the robot's order
+  std::vector<int> elastic_joints = {};  // positions in Model::joints() of those with springs, which nothing drives
 };
 
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
@@ -62,12 +63,13 @@ std::string gyro_rotor_body_name(const std::string& gyro);
 /// Whether a body of the model is a wheel, or a part of a gyro: nothing that can be seen or touched.
 bool is_inside_base(const std::string& body_name);
 
-/// The servicer alone, for planning: its wheels and gyros at rest in the base, as parts of it.
+/// The servicer alone, for planning: its wheels and gyros at rest in the base, as parts of it, and what yields where it
+/// is at rest.
 CaptureSystem make_servicer(const CaptureProblem& problem);
-/// The same with wheels and gyros that turn.
-CaptureSystem make_servicer_with_wheels(const CaptureProblem& problem);
-/// The state of a servicer with wheels as one of the servicer without: poses, velocities of base and joints.
-State without_wheels(const CaptureSystem& with, const State& state, const CaptureSystem& without);
+/// The same with wheels and gyros that turn, and springs that yield.
+CaptureSystem make_moving_servicer(const CaptureProblem& problem);
+/// The state of such a servicer as one of make_servicer(): poses, velocities of base and driven joints.
+State without_inner_motion(const CaptureSystem& with, const State& state, const CaptureSystem& without);
 
 /// What is wrong with the inertia of wheels and gyros against that of the base that carries them; empty: nothing.
 std::string wheel_fault(const RobotSetup& robot);

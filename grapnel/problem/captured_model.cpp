@@ -80,6 +80,7 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   };
   for (int j : from.robot_joints) to.robot_joints.push_back(joint(j));
   for (int j : from.wheels) to.wheels.push_back(joint(j));
+  for (int j : from.elastic_joints) to.elastic_joints.push_back(joint(j));
   for (const CaptureSystem::Gyro& gyro : from.gyros) to.gyros.push_back({joint(gyro.gimbal), joint(gyro.rotor)});
   return to;
 }
@@ -115,7 +116,16 @@ CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::
   for (std::size_t i = 0; i < free.model.bodies().size(); ++i) {
     const BodyDescription& body = free.model.bodies()[i].description;
     const HeldGrasp* grasp = carrier(grasps, static_cast<int>(i));
-    builder.add(grasp ? hang(body, *grasp, name_of(grasp->frames.body_a), k) : body);
+    if (grasp) {
+      builder.add(hang(body, *grasp, name_of(grasp->frames.body_a), k));
+      continue;
+    }
+    // A panel of a target whose frame has moved to the grasp.
+    BodyDescription same = body;
+    const int parent = free.model.bodies()[i].parent;
+    if (const HeldGrasp* of_parent = parent < 0 ? nullptr : carrier(grasps, parent))
+      same.X_PF.p = same.X_PF.p - of_parent->frames.X_BD.p;
+    builder.add(std::move(same));
   }
   for (const Frame& frame : free.model.frames()) {
     Posed X_BE = frame.X_BE;

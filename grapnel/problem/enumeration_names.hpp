@@ -62,6 +62,8 @@ template <>
 struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
 template <>
+struct Described<ImpactSetup::Modes> : Enumeration<ImpactSetup::Modes, "Modes", "all", "none"> {};
+template <>
 struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
                   "detumble", "keep_base_attitude", "impedance", "grasp_force"> {};

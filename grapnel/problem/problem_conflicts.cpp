@@ -5,6 +5,7 @@
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/conflict_finder.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/text/message_text.hpp"
 
@@ -54,6 +55,7 @@ class Conflicts : ConflictFinder {
     find_sensor_conflicts(problem_, found_);
     find_load_conflicts(problem_, found_);
     check_shapes();
+    check_panels();
     check_lengths();
     if (!problem_.approach && !problem_.impact && !problem_.post_impact)
       add("", "nothing to simulate: give 'approach', 'impact' or both");
@@ -69,6 +71,19 @@ class Conflicts : ConflictFinder {
     for (const TargetSetup& target : problem_.targets) all += target.geometry.size();
     if (all <= kMostShapes || of_robot > kMostShapes) return;
     add("targets", "targets and robot have {} shapes in all, at most {} are allowed", all, kMostShapes);
+  }
+
+  void check_panels() {
+    for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
+      const TargetSetup& target = problem_.targets[i];
+      if (target.panels.empty()) continue;
+      const std::string path = fmt::format("targets[{}].panels", i);
+      if (const std::string fault = panel_fault(target); !fault.empty()) add_key(path, "{}: {}", path, fault);
+      const std::optional<PostImpactSetup>& post = problem_.post_impact;
+      if (post && (post->assumed || post->identify))
+        add_key(path, "{}: the model that laws have of a held target, by post_impact.assumed or identify, is rigid",
+                path);
+    }
   }
 
   // ---- The beginning ----
@@ -339,6 +354,10 @@ class Conflicts : ConflictFinder {
   using Law = ImpactSetup::Law;
 
   void check_impact(const ImpactSetup& impact) {
+    if (impact.modes == ImpactSetup::Modes::none && impact.law == ImpactSetup::Law::compliant)
+      add_key("impact.modes",
+              "impact.modes: with law compliant everything bends as it does; none is for impacts without "
+              "duration");
     const std::size_t before = found_.size();
     if (impact.law == Law::as_published) check_published();
     check_law(impact);
@@ -455,6 +474,15 @@ void find_drive_conflicts(const JointDescription& joint, const std::string& here
     found.push_back({here + ".limits.stop",
                      fmt::format("{}.limits.stop: there is neither a lower nor an upper limit to stop at", shown)});
   }
+  if (joint.elasticity) {
+    if (const std::string fault = gear_fault(joint); !fault.empty())
+      found.push_back({here + ".elasticity", fmt::format("{}.elasticity: {}", shown, fault)});
+  }
+  if (joint.spring && (limits.stop || friction.model == JointFriction::Model::sticking)) {
+    found.push_back({here + ".spring", fmt::format("{}.spring: a joint with a spring has neither stops nor sticking "
+                                                   "friction",
+                                                   shown)});
+  }
   if (!joint.motor) return;
   if (std::isfinite(joint.motor->no_load_rate) && !std::isfinite(limits.effort)) {
     found.push_back({here + ".motor.no_load_rate",
@@ -477,6 +505,14 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
     const std::string here = i == 0 ? "base" : fmt::format("links[{}]", i - 1);
     const std::string shown = path.empty() ? here : path + "." + here;
     find_drive_conflicts(body.joint, here + ".joint", shown + ".joint", found);
+    if (!body.modes.empty() && !is_lost) {
+      if (const std::string fault = modes_fault(body); !fault.empty())
+        found.push_back({here + ".modes", fmt::format("{}.modes: {}", shown, fault)});
+    }
+    if (body.beam && !is_lost) {
+      if (const std::string fault = beam_fault(body); !fault.empty())
+        found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
+    }
     if (!is_lost && is_in_order) continue;
     if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});
     if (!is_in_order) {

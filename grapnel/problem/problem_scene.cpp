@@ -8,6 +8,7 @@
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
 namespace {
@@ -29,6 +30,7 @@ class SceneBuilder {
   Scene build() {
     add_robot();
     for (const TargetSetup& t : problem_.targets) add_target(t);
+    for (const TargetSetup& t : problem_.targets) add_panels(t);
     for (const GraspSetup& g : problem_.grasps) {
       scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, g.contact ? "contact" : name_of(g.model)});
     }
@@ -58,19 +60,33 @@ class SceneBuilder {
   }
 
   void add_robot_body(const BodyDescription& description) {
+    if (is_between_joints(description)) return;
     const bool base = description.name == problem_.robot.base;
     SceneBody body;
     body.name = description.name;
     body.kind = base ? "base" : "link";
     body.series = base ? "base" : "links/" + description.name;
     if (!base) {
-      body.parent = description.parent;
-      body.joint = SceneJoint{description.joint.name, traits_of(description.joint.type).name, description.joint.axis,
-                              description.X_PF};
+      // On the joint of its own, or on the first of several at one place.
+      const BodyDescription* carried = &description;
+      Posed X_PF = description.X_PF;
+      for (const BodyDescription* below = body_named(carried->parent); below && is_between_joints(*below);
+           below = body_named(carried->parent)) {
+        carried = below, X_PF = below->X_PF * X_PF;
+      }
+      body.parent = carried->parent;
+      body.joint = SceneJoint{carried->joint.name, traits_of(carried->joint.type).name, carried->joint.axis, X_PF};
     }
     body.mass = description.mass, body.com = description.com, body.inertia = description.inertia;
     add_shapes(shapes_of(problem_.robot, description.name), body);
     scene_.bodies.push_back(std::move(body));
+  }
+
+  const BodyDescription* body_named(const std::string& name) const {
+    for (const BodyDescription& b : problem_.robot.bodies) {
+      if (b.name == name) return &b;
+    }
+    return nullptr;
   }
 
   void add_target(const TargetSetup& target) {
@@ -83,6 +99,25 @@ class SceneBuilder {
     scene_.bodies.push_back(std::move(body));
     for (const GraspPoint& g : target.grasp_points) {
       scene_.grasp_points.push_back({target.name, g.name, g.X_TG.p, g.approach_direction});
+    }
+  }
+
+  // The pieces of a target's panels, as bodies of their own.
+  void add_panels(const TargetSetup& target) {
+    const TargetBodies all = target_bodies(target);
+    const std::size_t prefix = target_body_name("").size();
+    for (std::size_t i = 1; i < all.bodies.size(); ++i) {
+      const BodyDescription& piece = all.bodies[i];
+      if (is_between_joints(piece)) continue;
+      SceneBody body;
+      body.name = piece.name.substr(prefix);
+      body.kind = "target";
+      body.series = "links/" + body.name;
+      body.mass = piece.mass, body.com = piece.com, body.inertia = piece.inertia;
+      for (const auto& [name, shape] : all.geometry) {
+        if (name == piece.name) add_shapes({shape}, body);
+      }
+      scene_.bodies.push_back(std::move(body));
     }
   }
 
@@ -213,8 +248,9 @@ void check_actions(const CaptureProblem& problem, const CaptureSystem& system, c
   }
 }
 
-bool is_planar(const CaptureProblem& problem) {
-  make_capture_system(problem);  // checks the problem
+bool is_planar(const CaptureProblem& flexible) {
+  make_capture_system(flexible);  // checks the problem
+  const CaptureProblem problem = rigid_problem(flexible);
   const CaptureSystem system = make_servicer(problem);
   const Kinematics k = forward_kinematics(system.model, initial_servicer_state(problem, system));
   PlaneCheck check;
@@ -226,7 +262,8 @@ bool is_planar(const CaptureProblem& problem) {
 
 }  // namespace
 
-Scene scene_of(const CaptureProblem& problem) {
+Scene scene_of(const CaptureProblem& stated) {
+  const CaptureProblem problem = flexible_problem(stated);
   const bool planar = is_planar(problem);  // first: it looks for faults
   Scene scene = SceneBuilder(problem).build();
   scene.planar = planar;

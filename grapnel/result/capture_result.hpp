@@ -370,6 +370,13 @@ struct ImpactSensitivity {
   Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
+/// What a plastic impact would be if only the slowest modes of vibration could answer it.
+struct ModesKept {
+  int modes = 0;
+  double frequency = 0;          // of the fastest one [Hz]; 0 without any
+  std::vector<double> impulses;  // magnitudes, per grasp [N s]
+};
+
 struct ImpactReport {
   std::string law = "plastic";
   double time = 0;
@@ -403,6 +410,7 @@ struct ImpactReport {
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
   std::vector<EffectiveMass> effective_masses;
+  std::vector<ModesKept> by_modes;  // where something bends and the law is plastic
   std::optional<ImpactMeasures> measures;
   std::vector<ImpactSensitivity> sensitivities;
   std::vector<LoadMargin> margins;
@@ -565,6 +573,24 @@ struct OrbitReport {
   double period = 0;
 };
 
+/// A mode of vibration, as frequencies of three supports; NaN where that has fewer modes.
+struct ElasticModeReport {
+  double held = std::numeric_limits<double>::quiet_NaN();  // [Hz]
+  double braked = held, free = held;
+  double damping_ratio = 0;  // of `held`
+  Vector3d effective_mass = Vector3d::zero();
+  Vector3d effective_inertia = Vector3d::zero();
+};
+
+/// What bends, at an instant of a run.
+struct ElasticReport {
+  std::string at;   // start, or captured
+  double time = 0;  // [s]
+  int springs = 0;
+  double fastest = 0;  // frequency of the fastest mode, joints and base free [Hz]
+  std::vector<ElasticModeReport> modes;
+};
+
 /// The on-board computer of a run.
 struct ControlReport {
   double period = 0;
@@ -687,7 +713,8 @@ struct CaptureResult {
   std::string scenario_name;
   std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
   std::vector<std::string> warnings;
-  std::optional<OrbitReport> orbit;  // with which W falls
+  std::optional<OrbitReport> orbit;    // with which W falls
+  std::vector<ElasticReport> elastic;  // where something bends: at the start, and when a target has been caught
   std::optional<ControlReport> control;
   std::vector<SensorReport> sensors;  // read at its ticks
   std::optional<PhaseEnd> approach_start;

@@ -316,6 +316,18 @@ const Type& type_of<BrakeReport>() {
 }
 
 template <>
+const Type& type_of<ModesKept>() {
+  using M = ModesKept;
+  static constexpr Field fields[] = {
+      field<&M::modes>("modes", "1", "that can answer, the slowest of base and joints as they are in the impact"),
+      field<&M::frequency>("frequency", "Hz", "of the fastest of them; 0 without any"),
+      field<&M::impulses>("impulses", "N s", "magnitudes, in the order of `grasps`"),
+  };
+  static constexpr Type type = structure<M>("ModesKept", "the plastic impact if nothing bent but these modes.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<EffectiveMass>() {
   using E = EffectiveMass;
   static constexpr Field fields[] = {
@@ -565,6 +577,10 @@ const Type& type_of<ImpactReport>() {
       field<&I::compliant>("compliant", "law `compliant`"),
       field<&I::effective_masses>("effective_masses", "of contacts, law `compliant`; absent without them")
           .when<[](const I& i) { return !i.effective_masses.empty(); }>(),
+      field<&I::by_modes>("by_modes",
+                          "impulses over the modes that can answer; absent where nothing bends, and with "
+                          "other laws than `plastic`")
+          .when<[](const I& i) { return !i.by_modes.empty(); }>(),
       derived<[](const I& i) { return i.measures ? std::optional(MeasuresOf{&i}) : std::nullopt; }>(
           "measures", "", "of the configuration; absent with law `compliant`"),
       field<&I::sensitivities>("sensitivities", "with law `plastic`, else empty"),

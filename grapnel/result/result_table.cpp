@@ -154,6 +154,43 @@ std::string plan_table(const CaptureResult& result) {
   return out + table.text();
 }
 
+// Frequencies of what bends.
+std::string elastic_table(const CaptureResult& result) {
+  constexpr std::size_t kMost = 8;
+  std::string out;
+  for (const ElasticReport& e : result.elastic) {
+    TextTable table;
+    table.row({"vibration", "base held", "base free", "and joints free", "damping ratio", "effective mass"});
+    table.row({"", "Hz", "Hz", "Hz", "1", "kg"});
+    const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
+    for (std::size_t i = 0; i < std::min(kMost, e.modes.size()); ++i) {
+      const ElasticModeReport& m = e.modes[i];
+      const Vector3d& mass = m.effective_mass;
+      table.row({std::to_string(i + 1), known(m.held), known(m.braked), known(m.free), short_number(m.damping_ratio),
+                 fmt::format("[{}, {}, {}]", short_number(mass[0]), short_number(mass[1]), short_number(mass[2]))});
+    }
+    out += fmt::format("\nfrequencies, {} (t = {} s): {} springs, fastest {} Hz\n{}",
+                       e.at == "start" ? "in the initial posture" : "with what has been caught", short_number(e.time),
+                       e.springs, short_number(e.fastest), table.text());
+  }
+  return out;
+}
+
+// How a plastic impact depends on what bends.
+std::string modes_table(const ImpactReport& impact) {
+  if (impact.by_modes.empty()) return "";
+  TextTable table;
+  std::vector<std::string> head{"if only the slowest modes answered", "up to"}, units{"", "Hz"};
+  for (const GraspImpulse& g : impact.grasps) head.push_back(g.end_effector), units.push_back("N s");
+  table.row(head), table.row(units);
+  for (const ModesKept& m : impact.by_modes) {
+    std::vector<std::string> row{std::to_string(m.modes), short_number(m.frequency)};
+    for (double impulse : m.impulses) row.push_back(short_number(impulse));
+    table.row(row);
+  }
+  return table.text();
+}
+
 std::string wheel_table(const CaptureResult& result) {
   if (result.wheels.empty()) return "";
   TextTable table;
@@ -430,7 +467,7 @@ std::string impact_table(const CaptureResult& result, const ImpactReport& impact
                                                  law_words(impact), beyond(result, impact.time)),
                                      "");
   out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + drive_table(impact) + gap_lines(impact) +
-         published_line(impact) + margin_table(impact);
+         modes_table(impact) + published_line(impact) + margin_table(impact);
   TextTable table(3);
   table.row(
       {"kinetic energy", "J",
@@ -617,8 +654,9 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
          impact_tables(result) + release_lines(result) + post_impact_table(result) + law_tables(result) +
-         wheel_table(result) + gyro_table(result) + thruster_table(result) + joint_mode_table(result) +
-         loop_tables(result) + load_table(result) + clearance_table(result) + ledger_table(result.ledger);
+         elastic_table(result) + wheel_table(result) + gyro_table(result) + thruster_table(result) +
+         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
+         ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

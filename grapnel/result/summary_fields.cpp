@@ -323,6 +323,39 @@ const Type& type_of<OrbitReport>() {
   return type;
 }
 
+template <>
+const Type& type_of<ElasticModeReport>() {
+  using E = ElasticModeReport;
+  static constexpr Field fields[] = {
+      field<&E::held>("held", "Hz", "frequency with the base held and the joints braked; null: there are no more modes")
+          .or_null(),
+      field<&E::braked>("braked", "Hz", "with the base free and the joints braked").or_null(),
+      field<&E::free>("free", "Hz", "with base and joints free").or_null(),
+      field<&E::damping_ratio>("damping_ratio", "1", "of `held`"),
+      field<&E::effective_mass>("effective_mass", "kg",
+                                "of `held`, in the directions of the base's axes; zero for a base that is fixed"),
+      field<&E::effective_inertia>("effective_inertia", "kg m^2", "of `held`, about the base's axes; likewise"),
+  };
+  static constexpr Type type =
+      structure<E>("ElasticMode", "a mode of vibration, by its place from the slowest on.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ElasticReport>() {
+  using E = ElasticReport;
+  static constexpr Field fields[] = {
+      field<&E::at>("at", "`start`, or `captured`: with the targets that grasps hold"),
+      field<&E::time>("time", "s", "when the posture was this"),
+      field<&E::springs>("springs", "1", "that stand for what bends"),
+      field<&E::fastest>("fastest", "Hz", "frequency of the fastest mode, base and joints free: it limits the steps"),
+      field<&E::modes>("modes", "the slowest, up to 20"),
+  };
+  static constexpr Type type =
+      structure<E>("Elastic", "small vibrations about the posture at an instant; loops count nothing.", fields);
+  return type;
+}
+
 // ---- The document ----
 
 namespace {
@@ -461,7 +494,12 @@ const Type& type_of<Summary>() {
   return s.result.warnings;
 }
 > ("warnings", "", "for who reads the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
-> ("orbit", "", "absent without one"), derived < [](const S& s) -> auto& { return s.result.control; }
+> ("orbit", "", "absent without one"), derived < [](const S& s) -> auto& { return s.result.elastic; }
+> ("elastic", "", "frequencies; absent where nothing bends")
+        .when<[](const S& s) { return !s.result.elastic.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.control;
+}
 > ("control", "", "absent where control is continuous"), derived < [](const S& s) -> auto& { return s.result.sensors; }
 > ("sensors", "", "readings against the truth; absent without sensors")
         .when<[](const S& s) { return !s.result.sensors.empty(); }>(),

@@ -83,6 +83,11 @@ struct Described<ImpactSetup> {
                         "heavy rotors, as far as the grasps allow; else drives give way as little as possible. "
                         "impedance: by the law of impedance; law compliant only.")
           .optional(),
+      field<&T::modes>(
+          "modes", "",
+          "Which modes of what bends answer the impact. all: every one. none: nothing bends meanwhile, and "
+          "what bent goes on as fast as before; not for law compliant. By law plastic impact.by_modes of "
+          "the summary shows how the impulse depends on it."),
       field<&T::restitution>("restitution", "",
                              "e, of laws restitution and friction; of bilateral_restitution a number for all rows, or "
                              "one for linear and one for angular rows.")

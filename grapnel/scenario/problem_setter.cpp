@@ -382,7 +382,11 @@ class Bytes {
     if (log) put(*log);
   }
   void put(const std::shared_ptr<const ControllerSource>&) {}  // the members beside it say which one
-  void put(const std::shared_ptr<const SourceTexts>&) {}       // says where a problem came from, not what it is
+  void put(const std::shared_ptr<const RobotSetup>& undeformed) {
+    put(undeformed != nullptr);
+    if (undeformed) put(*undeformed);
+  }
+  void put(const std::shared_ptr<const SourceTexts>&) {}  // says where a problem came from, not what it is
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/scenario/actuator_arrays.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"
@@ -203,6 +204,101 @@ struct Described<JointMotor> {
 };
 
 template <>
+struct Described<JointSpring> {
+  using T = JointSpring;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::stiffness>("stiffness", "N m/rad or N/m", "").above(0).required(),
+      field<&T::damping>("damping", "N m s/rad or N s/m", "").at_least(0),
+      field<&T::rest>("rest", "rad or m", "Joint value at which it pulls nowhere, and with which the joint begins."),
+  });
+  static constexpr Type type = structure<T>(
+      "joint_spring",
+      "A spring and a damper at a joint that nothing drives, such as a panel's hinge: effort -(stiffness (joint value "
+      "- rest) + damping rate). The joint has no value among initial.joints and the like.",
+      fields);
+};
+
+template <>
+struct Described<JointElasticity> {
+  using T = JointElasticity;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::stiffness>("stiffness", "N m/rad or N/m", "Of the gear, seen at the joint.").above(0).required(),
+      field<&T::damping>("damping", "N m s/rad or N s/m", "Likewise.").at_least(0),
+  });
+  static constexpr Type type = structure<T>(
+      "joint_elasticity",
+      "The gear yields: a spring and a damper between what the motor turns and the link. The joint's values are the "
+      "motor's, over gear_ratio; the link is where the spring lets it be.",
+      fields);
+};
+
+template <>
+struct Described<BeamDescription> {
+  using T = BeamDescription;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::from>("from", "m", "Where it begins, in the link's frame; what is before it moves with its beginning.")
+          .by_default("[0, 0, 0]"),
+      field<&T::to>("to", "m", "Where it ends; what is beyond it moves with its end.").required(),
+      field<&T::section_y>(
+          "section_y", "",
+          "Direction of the section's y axis, in the link's frame; absent: the link's y axis, or its z "
+          "axis where the beam is along y.")
+          .optional(),
+      field<&T::mass_per_length>("mass_per_length", "kg/m",
+                                 "Absent: the link's whole mass is the beam's, from one end to the other.")
+          .above(0)
+          .optional(),
+      field<&T::rotary_inertia>("rotary_inertia", "kg m",
+                                "Of the section about the beam, per length: density times polar moment of area.")
+          .at_least(0),
+      field<&T::bending_stiffness_y>("bending_stiffness_y", "N m^2",
+                                     "E I of bending about the section's y axis; absent: it does not bend so.")
+          .above(0)
+          .optional(),
+      field<&T::bending_stiffness_z>("bending_stiffness_z", "N m^2", "E I about the section's z axis; likewise.")
+          .above(0)
+          .optional(),
+      field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "G J; absent: it does not twist.")
+          .above(0)
+          .optional(),
+      field<&T::damping_ratio>("damping_ratio", "",
+                               "Of the first mode of each kind, of the beam alone, clamped where it begins; of higher "
+                               "ones it grows with the frequency.")
+          .at_least(0)
+          .at_most(1),
+      field<&T::segments>(
+          "segments", "",
+          "Equal lengths, each of which yields at its two Gauss points; errors of bending fall with the "
+          "fourth power of their number, of twisting and of what tension stiffens with the square.")
+          .at_least(1)
+          .at_most(100),
+  });
+  static constexpr Type type = structure<T>(
+      "beam",
+      "The link bends along a straight beam, as rigid pieces on springs. The link's mass, centre of mass and inertia "
+      "are those of the whole, unbent, and include the beam's, a slender rod's; what is beside the beam moves with its "
+      "beginning.",
+      fields);
+};
+
+template <>
+struct Described<VibrationMode> {
+  using T = VibrationMode;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::frequency>("frequency", "", "Clamped at the frame, in Hz.").above(0).required(),
+      field<&T::damping_ratio>("damping_ratio", "", "").at_least(0).at_most(1),
+      field<&T::translation>("translation", "", "Participation of translation, in kg^(1/2)."),
+      field<&T::rotation>("rotation", "", "Participation of rotation about the frame's origin, in kg^(1/2) m."),
+  });
+  static constexpr Type type =
+      structure<T>("vibration_mode",
+                   "A mode of the body clamped at its frame, of unit modal mass: the momentum per rate of its "
+                   "coordinate. The square "
+                   "of its translation is its effective mass. The body's mass and inertia include it.",
+                   fields);
+};
+
+template <>
 struct Described<LoadRating> {
   using T = LoadRating;
   static constexpr auto fields = std::to_array<Field>({
@@ -285,13 +381,19 @@ struct Described<JointKeys> {
           .as("unit vector")
           .optional(),
       found<[](T& t) -> std::optional<JointMotor>& { return t.joint.motor; }>("motor", "", "").optional(),
+      found<[](T& t) -> std::optional<JointElasticity>& { return t.joint.elasticity; }>("elasticity", "", "")
+          .optional(),
+      found<[](T& t) -> std::optional<JointSpring>& { return t.joint.spring; }>("spring", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("type", "revolute, continuous, prismatic").require("axis"),
       when("type", "continuous").forbid("limits.lower, limits.upper, limits.stop"),
       when("type", "fixed")
-          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rotor_axis, motor, rating.driving, "
-                  "rating.driving_impulse"),
+          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rotor_axis, motor, elasticity, spring, "
+                  "rating.driving, rating.driving_impulse"),
+      not_both("elasticity, spring"),
+      not_both("motor, spring"),
+      needs("elasticity", "rotor_inertia"),
       needs("rotor_axis", "rotor_inertia"),
   });
   static constexpr Type type = structure<T>("joint", "", fields, rules);
@@ -307,13 +409,16 @@ struct Described<BodyDescription> {
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
+      field<&T::beam>("beam", "", "").optional(),
+      field<&T::modes>("modes", "", "Modes of vibration, in place of a beam, as makers of panels state them.")
+          .items(0, 50),
       key<std::vector<Geometry>>("geometry", "", kShapesText)
           .as("geometry of body")
           .one_or_list(kShapesTitles)
           .optional(),
   });
   static constexpr Type type =
-      structure<T>("link", "A rigid body; its frame sits at the joint that carries it.", fields);
+      structure<T>("link", "A body, rigid unless it has a beam; its frame sits at the joint that carries it.", fields);
 };
 
 template <>
@@ -544,6 +649,9 @@ struct Described<RobotSetup> {
 };
 
 const Type& joint_friction_description() { return type_of<JointFriction>(); }
+const Type& beam_description() { return type_of<std::optional<BeamDescription>>(); }
+const Type& spring_description() { return type_of<std::optional<JointSpring>>(); }
+const Type& vibrations_description() { return type_of<std::vector<VibrationMode>>(); }
 const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
 
@@ -670,7 +778,8 @@ void order_joints(ReadRobot& robot, bool faultless, const Mark& mark, FaultList&
   }
   if (!robot.order_known) {
     for (const BodyDescription& body : robot.setup.bodies) {
-      if (has_one_axis(body.joint.type) && !body.joint.name.empty()) robot.joints.push_back(body.joint);
+      if (has_one_axis(body.joint.type) && !yields(body.joint) && !body.joint.name.empty())
+        robot.joints.push_back(body.joint);
     }
   }
   for (std::size_t i = 0; i < robot.joints.size(); ++i) robot.joint_index.emplace(robot.joints[i].name, i);
@@ -688,7 +797,10 @@ Model build_model(const RobotSetup& setup) {
 std::vector<JointDescription> moving_joints(const RobotSetup& setup) {
   std::vector<JointDescription> joints;
   const Model model = build_model(setup);
-  for (const int body : model.joints()) joints.push_back(model.bodies()[body].description.joint);
+  for (const int body : model.joints()) {
+    const JointDescription& joint = model.bodies()[body].description.joint;
+    if (!yields(joint)) joints.push_back(joint);
+  }
   return joints;
 }
 

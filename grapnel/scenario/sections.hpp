@@ -86,6 +86,9 @@ const Type& wheel_array_description();   ///< of a WheelArraySetup (actuator_arr
 const Type& gyro_array_description();    ///< of a GyroArraySetup
 const Type& scenario_description();      ///< of a CaptureProblem, its robot included
 const Type& shapes_description();        ///< of a std::vector<Geometry>
+const Type& beam_description();          ///< of a std::optional<BeamDescription>
+const Type& spring_description();        ///< of a std::optional<JointSpring>
+const Type& vibrations_description();    ///< of a std::vector<VibrationMode>
 const Type& import_description();        ///< of the choices for a robot that is imported
 const Type& robot_on_bus_description();  ///< of a robot that is put together from files
 // Of members of CaptureProblem, by the names of their keys.

@@ -9,6 +9,7 @@ namespace grapnel {
 namespace {
 
 struct TargetStateKeys;
+struct PanelOriginKeys;
 
 }  // namespace
 
@@ -58,6 +59,45 @@ struct Described<TargetStateKeys> {
 };
 
 template <>
+struct Described<PanelOriginKeys> {
+  using T = PanelSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      found<[](T& t) -> Vector3d& { return t.X_TP.p; }>("position", "m", ""),
+      quaternion_of<&T::X_TP>(),
+      rpy_of<&T::X_TP>(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
+  static constexpr Type type =
+      structure<T>("panel_origin", "Where the panel's frame sits in the target's frame.", fields, rules);
+};
+
+template <>
+struct Described<PanelSetup> {
+  using T = PanelSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      group<T, PanelOriginKeys>("origin", ""),
+      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::com>("com", "m", kComText),
+      field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
+      field<&T::hinge_axis>("hinge_axis", "", "Unit vector in the panel's frame, about which it turns on its hinge.")
+          .as("unit vector")
+          .optional(),
+      field<&T::hinge>(&spring_description, "hinge", "Spring and damper of the hinge; absent: it is fixed.").optional(),
+      field<&T::beam>(&beam_description, "beam", "It bends along a beam.").optional(),
+      field<&T::modes>(&vibrations_description, "modes", "In place of a beam.").items(0, 50),
+      field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      needs("hinge", "hinge_axis"),
+      needs("hinge_axis", "hinge"),
+      not_both("beam, modes"),
+  });
+  static constexpr Type type = structure<T>(
+      "panel", "What stands out from the target and may bend or turn on a hinge; nothing drives it.", fields, rules);
+};
+
+template <>
 struct Described<TargetSetup> {
   using T = TargetSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -72,6 +112,10 @@ struct Described<TargetSetup> {
       field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
       group<T, TargetStateKeys>("state", "").required(),
       field<&T::estimate>(&target_estimate_description, "estimate", "").optional(),
+      field<&T::panels>("panels", "",
+                        "What stands out from it and may bend. Its mass, centre of mass and inertia are those of the "
+                        "whole, with panels at rest.")
+          .items(0, 100),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
   });
   static constexpr Type type = structure<T>("target", "", fields);

@@ -70,6 +70,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       channel_of_(model.joints().size(), -1),
       motor_(model.joints().size()),
       friction_(model.joints().size()),
+      spring_(model.joints().size()),
       force_(model.velocities()),
       prescribed_(model.velocities()),
       commanded_(model.velocities()),
@@ -112,6 +113,8 @@ void PhaseDynamics::check_and_classify() {
     any_computed_ = any_computed_ || is_computed;
     has_friction_ = has_friction_ || (!is_prescribed && (friction.viscous > 0 || friction.coulomb > 0));
     const JointDescription& joint = body.description.joint;
+    has_dampers_ = has_dampers_ || (joint.spring && joint.spring->damping > 0);
+    has_friction_ = has_friction_ || (!is_prescribed && joint.spring && joint.spring->damping > 0);
     if (joint.motor || joint.limits.stop || friction.model == JointFriction::Model::sticking) measured_.push_back(j);
   }
   modes_ = JointModes(model_, prescribed_);
@@ -355,6 +358,7 @@ void PhaseDynamics::gather_beside(double t) {
     const Body& body = model_.bodies()[model_.joints()[j]];
     const JointDescription& joint = body.description.joint;
     beside_[body.v] = friction_of(j);
+    if (joint.spring) beside_[body.v] += joint.spring->effort(now_.q[body.q]);
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
@@ -471,6 +475,7 @@ void PhaseDynamics::actuate() {
     const JointDrive& drive = setup_.drives[j];
     const Body& body = model_.bodies()[model_.joints()[j]];
     friction_[j] = friction_of(j);
+    if (const auto& spring = body.description.joint.spring) spring_[j] = spring->effort(now_.q[body.q]);  // (22.1)
     motor_[j] = told_[j] = 0;
     const ControlOutput output = output_of(drive.control);
     if (!works_by_effort(output)) continue;
@@ -495,7 +500,10 @@ void PhaseDynamics::actuate() {
 double PhaseDynamics::friction_of(std::size_t joint) const {
   const Body& body = model_.bodies()[model_.joints()[joint]];
   const JointModes::Joint* modes = modes_.of(joint);
-  if (!modes || !modes->sticks) return friction_force(body.description.joint.friction, now_.v[body.v]);
+  if (!modes || !modes->sticks) {
+    const JointDescription& d = body.description.joint;
+    return friction_force(d.friction, now_.v[body.v]) - (d.spring ? d.spring->damping * now_.v[body.v] : 0);
+  }
   return modes->mode == JointModes::Mode::held ? 0 : JointModes::sliding_friction(*modes, now_.v[body.v]);
 }
 
@@ -549,7 +557,7 @@ void PhaseDynamics::accelerate(double t) {
   if (any_computed_ && laws_speak()) {
     // What the controller takes the robot for: one without friction that moves as commanded. The kernel finds the
     // torques, and where nothing disturbs it or cuts them the accelerations as well.
-    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j];
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + spring_[j];
     const std::vector<double>& forces = commanded_forces();
     as_commanded = !has_friction_ && !modes_.any_held() && !setup_.law_model;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
@@ -561,21 +569,22 @@ void PhaseDynamics::accelerate(double t) {
   }
   if (!as_commanded) {
     hold_joints();  // the laws may have said accelerations of theirs
-    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
   }
   // Gimbals whose motors would need more than they have.
   while (base_.cut_gimbals(workspace_.force, prescribed_, motor_)) {
-    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j] + spring_[j];
     solve(prescribed_);
   }
   for (std::size_t j = 0; j < motor_.size(); ++j) {
     if (output_of(setup_.drives[j].control) == ControlOutput::motion) {
-      motor_[j] = told_[j] = workspace_.force[velocity_of(j)] - friction_[j];
+      motor_[j] = told_[j] = workspace_.force[velocity_of(j)] - friction_[j] - spring_[j];
     }
   }
   for (const JointModes::Joint& joint : modes_.joints()) {
-    if (joint.mode == JointModes::Mode::held) friction_[joint.joint] = workspace_.force[joint.v] - motor_[joint.joint];
+    if (joint.mode == JointModes::Mode::held)
+      friction_[joint.joint] = workspace_.force[joint.v] - motor_[joint.joint] - spring_[joint.joint];
   }
   base_.conclude(workspace_.force, friction_, motor_);
 }
@@ -773,7 +782,12 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
 }
 
 void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
-  double* at = integrals.data() + integrals.size() - joint_integral_count();
+  double* dampers = integrals.data() + integrals.size() - damper_integral_count();
+  for (const int body : has_dampers_ ? model_.springs() : std::vector<int>{}) {
+    const Body& b = model_.bodies()[body];
+    dampers[tree_of_[body]] -= b.description.joint.spring->damping * now_.v[b.v] * now_.v[b.v];
+  }
+  double* at = dampers - joint_integral_count();
   for (std::size_t j : measured_) {
     const Body& body = model_.bodies()[model_.joints()[j]];
     const double rate = now_.v[body.v];
@@ -841,8 +855,10 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
-  const std::size_t common = numbers.size() - joint_integral_count();
+  const std::size_t common = numbers.size() - joint_integral_count() - damper_integral_count();
   PhaseIntegrals integrals = phase_integrals(numbers.first(common));
+  const std::span<const double> dampers = numbers.last(damper_integral_count());
+  integrals.damper_work.assign(dampers.begin(), dampers.end());
   const double* at = numbers.data() + common;
   for (std::size_t j : measured_) {
     integrals.joints.push_back({j, at[kJointMotor], at[kJointFriction], at[kJointCopper]});

@@ -184,8 +184,10 @@ class PhaseDynamics {
  private:
   int integral_count() const {
     using namespace phase_integral;
-    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count();
+    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count() +
+           damper_integral_count();
   }
+  int damper_integral_count() const { return has_dampers_ ? static_cast<int>(trees_.size()) : 0; }
   int joint_integral_count() const { return phase_integral::kJointCount * static_cast<int>(measured_.size()); }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
@@ -237,12 +239,12 @@ class PhaseDynamics {
   std::vector<double> beside_;                // per velocity: what acts beside the controller
   Vector3d commanded_torque_ = Vector3d::zero();
   ActuatorCommands commanded_actuators_;
-  std::vector<int> channel_of_;  // per joint, of the clock; -1: none
-  bool has_controller_ = false;  // for a joint or a root
-  bool sampling_ = false;        // at a tick of the clock
-  double same_time_ = 0;         // times nearer than this are one [s]
-  std::vector<double> motor_, friction_;
-  std::vector<double> force_;  // generalized forces given
+  std::vector<int> channel_of_;                    // per joint, of the clock; -1: none
+  bool has_controller_ = false;                    // for a joint or a root
+  bool sampling_ = false;                          // at a tick of the clock
+  double same_time_ = 0;                           // times nearer than this are one [s]
+  std::vector<double> motor_, friction_, spring_;  // efforts per joint
+  std::vector<double> force_;                      // generalized forces given
   std::vector<std::uint8_t> prescribed_;
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
@@ -276,6 +278,7 @@ class PhaseDynamics {
   };
   std::optional<Trouble> trouble_;
   std::vector<double> loaded_;  // scratch of project(): q and v before
+  bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed
   bool has_external_ = false;   // gravity, an orbit, loads, attitude control, a held root or a fixed one
 };

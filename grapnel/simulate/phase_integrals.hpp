@@ -34,7 +34,9 @@ struct PhaseIntegrals {
   double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
   /// Of the same and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
-  std::vector<TreeIntegrals> trees = {};    // in the order of the roots; empty where nothing acts from outside
+  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
+  /// Of dampers at joints with springs, part of friction_work, per tree; empty where there are none [J].
+  std::vector<double> damper_work = {};
   std::vector<JointIntegrals> joints = {};  // with sticking friction, stops or a motor (JointDescription)
 };
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
@@ -114,7 +115,7 @@ class Builder {
   void joints() {
     for (const BodyDescription& body : problem_.robot.bodies) {
       const JointDescription& joint = body.joint;
-      if (has_one_axis(joint.type)) joint_columns(joint.name, axis_units(joint.type));
+      if (has_one_axis(joint.type) && !yields(joint)) joint_columns(joint.name, axis_units(joint.type));
     }
   }
 

@@ -153,10 +153,7 @@ std::optional<JointUnits> joint_units(const std::string& unit) {
 // Units of numbers that belong to joints: what the schema calls "rad or m" is one of the two.
 class JointUnitFinder {
  public:
-  explicit JointUnitFinder(const RobotSetup& robot) {
-    const Model model = build_model(robot);
-    for (const int body : model.joints()) joints_.push_back(model.bodies()[body].description.joint);
-  }
+  explicit JointUnitFinder(const RobotSetup& robot) { joints_ = moving_joints(robot); }
 
   // Of number i of what has this form at these steps.
   std::string unit(const JointUnits& units, std::span<const PathStep> steps, const Node& form, std::size_t i) const {

@@ -18,6 +18,8 @@ export interface Summary {
   warnings: string[];
   /** absent without one */
   orbit?: OrbitReport;
+  /** frequencies; absent where nothing bends */
+  elastic?: Elastic[];
   /** absent where control is continuous */
   control?: ControlReport;
   /** readings against the truth; absent without sensors */
@@ -69,6 +71,7 @@ export const kSummary: FieldNote[] = [
   ["failure","","body, time and condition, if it failed; else empty"],
   ["warnings","","for who reads the result"],
   ["orbit","","absent without one"],
+  ["elastic","","frequencies; absent where nothing bends"],
   ["control","","absent where control is continuous"],
   ["sensors","","readings against the truth; absent without sensors"],
   ["approach","","absent without an approach"],
@@ -124,6 +127,51 @@ export const kOrbitReport: FieldNote[] = [
   ["radius","m","from its centre to the reference point, W's origin, at t = 0"],
   ["rate","rad/s","at which radial and along-track turn in W, at t = 0"],
   ["period","s","of the orbit"],
+];
+
+// small vibrations about the posture at an instant; loops count nothing.
+export interface Elastic {
+  /** `start`, or `captured`: with the targets that grasps hold */
+  at: string;
+  /** when the posture was this [s] */
+  time: number;
+  /** that stand for what bends [1] */
+  springs: number;
+  /** frequency of the fastest mode, base and joints free: it limits the steps [Hz] */
+  fastest: number;
+  /** the slowest, up to 20 */
+  modes: ElasticMode[];
+}
+export const kElastic: FieldNote[] = [
+  ["at","","`start`, or `captured`: with the targets that grasps hold"],
+  ["time","s","when the posture was this"],
+  ["springs","1","that stand for what bends"],
+  ["fastest","Hz","frequency of the fastest mode, base and joints free: it limits the steps"],
+  ["modes","","the slowest, up to 20"],
+];
+
+// a mode of vibration, by its place from the slowest on.
+export interface ElasticMode {
+  /** frequency with the base held and the joints braked; null: there are no more modes [Hz] */
+  held: number | null;
+  /** with the base free and the joints braked [Hz] */
+  braked: number | null;
+  /** with base and joints free [Hz] */
+  free: number | null;
+  /** of `held` [1] */
+  damping_ratio: number;
+  /** of `held`, in the directions of the base's axes; zero for a base that is fixed [kg] */
+  effective_mass: [number, number, number];
+  /** of `held`, about the base's axes; likewise [kg m^2] */
+  effective_inertia: [number, number, number];
+}
+export const kElasticMode: FieldNote[] = [
+  ["held","Hz","frequency with the base held and the joints braked; null: there are no more modes"],
+  ["braked","Hz","with the base free and the joints braked"],
+  ["free","Hz","with base and joints free"],
+  ["damping_ratio","1","of `held`"],
+  ["effective_mass","kg","of `held`, in the directions of the base's axes; zero for a base that is fixed"],
+  ["effective_inertia","kg m^2","of `held`, about the base's axes; likewise"],
 ];
 
 // the on-board computer that samples the control.
@@ -710,6 +758,8 @@ export interface ImpactReport {
   compliant?: CompliantReport;
   /** of contacts, law `compliant`; absent without them */
   effective_masses?: EffectiveMass[];
+  /** impulses over the modes that can answer; absent where nothing bends, and with other laws than `plastic` */
+  by_modes?: ModesKept[];
   /** of the configuration; absent with law `compliant` */
   measures?: ImpactMeasures;
   /** with law `plastic`, else empty */
@@ -751,6 +801,7 @@ export const kImpactReport: FieldNote[] = [
   ["inconsistent","","law `bilateral_restitution`: the rows in which no motion has the restitution asked for; absent if there are none"],
   ["compliant","","law `compliant`"],
   ["effective_masses","","of contacts, law `compliant`; absent without them"],
+  ["by_modes","","impulses over the modes that can answer; absent where nothing bends, and with other laws than `plastic`"],
   ["measures","","of the configuration; absent with law `compliant`"],
   ["sensitivities","","with law `plastic`, else empty"],
   ["margins","","against the robot's ratings; empty where the robot file has none"],
@@ -1157,6 +1208,21 @@ export const kEffectiveMass: FieldNote[] = [
   ["restitution","1","e of a central contact of such masses: the target is stopped where e times the hand's mass is its own"],
   ["target_speed_before","m/s","of the target's point along the normal towards the hand, relative to that"],
   ["target_speed_after","m/s","of the target's point afterwards, relative to the hand's velocity before"],
+];
+
+// the plastic impact if nothing bent but these modes.
+export interface ModesKept {
+  /** that can answer, the slowest of base and joints as they are in the impact [1] */
+  modes: number;
+  /** of the fastest of them; 0 without any [Hz] */
+  frequency: number;
+  /** magnitudes, in the order of `grasps` [N s] */
+  impulses: number[];
+}
+export const kModesKept: FieldNote[] = [
+  ["modes","1","that can answer, the slowest of base and joints as they are in the impact"],
+  ["frequency","Hz","of the fastest of them; 0 without any"],
+  ["impulses","N s","magnitudes, in the order of `grasps`"],
 ];
 
 // what the configuration makes of impulses, at the contact points, everything free but joints that are held. Twists and impulses are [angular; linear] in W; matrices are six rows of six.

@@ -1,0 +1,618 @@
+#include "grapnel/problem/flexible_bodies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "grapnel/problem/capture_system.hpp"
+
+namespace grapnel {
+namespace {
+
+// What is left of a link beside its beam may be this much of the link's own, of either sign, and is nothing then.
+constexpr double kNothing = 1e-9;
+
+constexpr double kPitch = 1e-6;  // of a mode's rotation, along its translation
+
+constexpr const char* kDrive = "drive:";  // and a link's name: what its motor turns
+constexpr const char* kGear = "gear:";    // and a joint's name: the spring between
+
+// First roots of 1 + cos b cosh b and of cos b: a beam clamped at one end, bending and twisting.
+constexpr double kFirstBending = 1.8751040687119611, kFirstTorsion = 0.5 * std::numbers::pi;
+
+// --- A beam's geometry ---
+
+class Beam {
+ public:
+  explicit Beam(const BodyDescription& link) : setup_(*link.beam) {
+    const Vector3d along = setup_.to - setup_.from;
+    length_ = norm(along);
+    x_ = (1 / length_) * along;
+    const bool along_y = std::abs(x_[1]) > 0.9;
+    const Vector3d side = setup_.section_y.value_or(along_y ? Vector3d{0, 0, 1} : Vector3d{0, 1, 0});
+    const Vector3d across = side - dot(side, x_) * x_;
+    y_ = (1 / norm(across)) * across;
+    z_ = cross(x_, y_);
+    mass_per_length_ = setup_.mass_per_length.value_or(link.mass / length_);
+  }
+
+  /// Places that yield: the two Gauss points of every segment, with half of its compliance each. Whatever smooth
+  /// function a beam's deflection is weighed with, its kinetic energy and what loads do to it, is then right to the
+  /// fourth order in the segments' length; in their middles it would be to the second (22.2).
+  int hinges() const { return 2 * setup_.segments; }
+  double length() const { return length_; }
+  double compliant_length() const { return length_ / hinges(); }
+  double hinge_at(int i) const {
+    static const double kGauss = 0.5 / std::sqrt(3.0);
+    const double segment = length_ / setup_.segments;
+    return (i / 2 + 0.5 + (i % 2 == 0 ? -kGauss : kGauss)) * segment;
+  }
+  double mass() const { return mass_per_length_ * length_; }
+  const Vector3d& x() const { return x_; }
+
+  /// Pieces 0 to hinges(): where they begin and end.
+  double begin(int piece) const { return piece == 0 ? 0 : hinge_at(piece - 1); }
+  double end(int piece) const { return piece == hinges() ? length_ : hinge_at(piece); }
+  Vector3d at(double s) const { return setup_.from + s * x_; }
+  /// On which piece a point of the link is.
+  int piece_of(const Vector3d& p) const {
+    const double s = dot(x_, p - setup_.from);
+    int piece = 0;
+    while (piece < hinges() && s >= end(piece)) ++piece;
+    return piece;
+  }
+  /// The piece's origin in the link's frame, undeformed: the link's own, or where it is hinged.
+  Vector3d origin(int piece) const { return piece == 0 ? Vector3d::zero() : at(begin(piece)); }
+
+  /// A slender rod of the beam's mass, about its middle, which is `at_middle` in the frame that is meant.
+  double piece_mass(int piece) const { return mass_per_length_ * (end(piece) - begin(piece)); }
+  Symmetric3d piece_inertia(int piece) const {
+    const double h = end(piece) - begin(piece), m = piece_mass(piece);
+    return about_axis(m * h * h / 12 + 0.5 * setup_.rotary_inertia * h, setup_.rotary_inertia * h);
+  }
+  Symmetric3d inertia() const {  // of the whole, about its middle
+    const double L = length_;
+    return about_axis(mass() * L * L / 12 + 0.5 * setup_.rotary_inertia * L, setup_.rotary_inertia * L);
+  }
+  /// The same across the beam in both directions, and along it.
+  Symmetric3d about_axis(double across, double along) const {
+    const double d = along - across;
+    const auto& x = x_;
+    return {across + d * x[0] * x[0], across + d * x[1] * x[1], across + d * x[2] * x[2],
+            d * x[0] * x[1],          d * x[0] * x[2],          d * x[1] * x[2]};
+  }
+
+  struct Hinge {
+    const char* name;
+    Vector3d axis;
+    JointSpring spring;
+  };
+  /// At every place that yields, from the inside out (22.2), (22.3).
+  std::vector<Hinge> springs() const {
+    std::vector<Hinge> springs;
+    const auto add = [&](const char* name, const Vector3d& axis, const std::optional<double>& stiffness, double wave) {
+      if (!stiffness) return;
+      const double k = *stiffness / compliant_length();
+      springs.push_back({name, axis, {k, 2 * setup_.damping_ratio / wave * k, 0}});
+    };
+    const double bending = kFirstBending * kFirstBending / (length_ * length_);
+    const auto rate = [&](const std::optional<double>& EI) {
+      return bending * std::sqrt(EI.value_or(1) / mass_per_length_);
+    };
+    add("y", y_, setup_.bending_stiffness_y, rate(setup_.bending_stiffness_y));
+    add("z", z_, setup_.bending_stiffness_z, rate(setup_.bending_stiffness_z));
+    const double polar = rotary();
+    if (polar > 0)
+      add("x", x_, setup_.torsional_stiffness,
+          kFirstTorsion / length_ * std::sqrt(setup_.torsional_stiffness.value_or(1) / polar));
+    return springs;
+  }
+
+  /// What a link that is nothing but its beam has beyond a slender rod, in this share, is spread over the pieces.
+  void spread(const Symmetric3d& rest) { spread_ = rest; }
+  Symmetric3d spread_over(int piece) const {
+    const double share = (end(piece) - begin(piece)) / length_;
+    const Symmetric3d& r = spread_;
+    return {share * r.xx, share * r.yy, share * r.zz, share * r.xy, share * r.xz, share * r.yz};
+  }
+
+ private:
+  // Inertia about the beam, per length.
+  double rotary() const {
+    const Symmetric3d& r = spread_;
+    return setup_.rotary_inertia + dot(x_, r * x_) / length_;
+  }
+
+  BeamDescription setup_;
+  double length_ = 0, mass_per_length_ = 0;
+  Vector3d x_, y_, z_;
+  Symmetric3d spread_ = Symmetric3d::zero();
+};
+
+Symmetric3d operator-(const Symmetric3d& a, const Symmetric3d& b) {
+  return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
+}
+
+double size_of(const Symmetric3d& I) { return std::abs(I.xx) + std::abs(I.yy) + std::abs(I.zz); }
+
+// A link less its beam, about the rest's own centre of mass.
+struct Rest {
+  double mass = 0;
+  Vector3d com = Vector3d::zero();
+  Symmetric3d inertia = Symmetric3d::zero();
+  bool is_nothing = false;  // no mass: the inertia is about the beam's middle, and belongs to all pieces
+};
+
+Rest rest_of(const BodyDescription& link, const Beam& beam) {
+  const Vector3d middle = beam.at(0.5 * beam.length());
+  const RigidBodyInertiad whole = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia);
+  Rest rest;
+  rest.mass = link.mass - beam.mass();
+  if (std::abs(rest.mass) <= kNothing * link.mass) {
+    rest.mass = 0, rest.is_nothing = true, rest.com = middle;
+    rest.inertia = link.inertia - beam.inertia();
+    // What rounding has left of a slender rod's own.
+    for (double* moment : {&rest.inertia.xx, &rest.inertia.yy, &rest.inertia.zz}) {
+      if (std::abs(*moment) <= kNothing * size_of(link.inertia)) *moment = 0;
+    }
+    return rest;
+  }
+  const RigidBodyInertiad rod = RigidBodyInertiad::about_com(beam.mass(), middle, beam.inertia());
+  const RigidBodyInertiad left{rest.mass, whole.first_moment - rod.first_moment, whole.rotational - rod.rotational};
+  rest.com = left.com();
+  rest.inertia = left.rotational_about_com();
+  return rest;
+}
+
+// --- Pieces ---
+
+std::string piece_name(const std::string& link, int piece) {
+  return piece == 0 ? link : fmt::format("{}:{}", link, piece);
+}
+
+// The pieces of a shape that stretches along the beam; others stay whole, on the piece of their centre.
+void cut(const Geometry& shape, const std::string& link, const Beam& beam,
+         std::vector<std::pair<std::string, Geometry>>& out) {
+  const Posed& X = shape.X_BG;
+  const auto on_piece = [&](int piece, Geometry part) {
+    part.X_BG.p = part.X_BG.p - beam.origin(piece);
+    out.emplace_back(piece_name(link, piece), std::move(part));
+  };
+  int axis = -1;
+  double length = 0;
+  if (shape.shape == Geometry::Shape::box) {
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(dot(X.R.column(k), beam.x())) > 1 - 1e-9) axis = k, length = shape.size[k];
+    }
+  } else if (shape.shape == Geometry::Shape::cylinder || shape.shape == Geometry::Shape::capsule) {
+    if (std::abs(dot(X.R.column(2), beam.x())) > 1 - 1e-9) axis = 2, length = shape.size[1];
+  }
+  const double middle = dot(beam.x(), X.p - beam.at(0));
+  const double first = middle - 0.5 * length, last = middle + 0.5 * length;
+  const int begin = beam.piece_of(beam.at(first)), end = beam.piece_of(beam.at(last));
+  if (axis < 0 || begin == end) return on_piece(beam.piece_of(X.p), shape);
+  for (int piece = begin; piece <= end; ++piece) {
+    const double from = piece == begin ? first : beam.begin(piece), to = piece == end ? last : beam.end(piece);
+    if (!(to > from)) continue;
+    Geometry part = shape;
+    part.X_BG.p = X.p + (0.5 * (from + to) - middle) * beam.x();
+    part.size[shape.shape == Geometry::Shape::box ? axis : 1] = to - from;
+    on_piece(piece, std::move(part));
+  }
+}
+
+// --- Modes ---
+
+// A mode as a body on a spring: a point mass that slides where and as its participation says, or what turns about an
+// axis (22.9).
+struct Oscillator {
+  bool slides = false;
+  double inertia = 0;  // effective mass [kg], or moment of inertia [kg m^2]
+  Vector3d axis{1, 0, 0};
+  Vector3d place = Vector3d::zero();
+  double pitch = 0;  // of the participation, along the axis, in parts of its whole: what no such body has
+};
+
+Oscillator oscillator_of(const VibrationMode& mode) {
+  Oscillator o;
+  const Vector3d &t = mode.translation, &r = mode.rotation;
+  o.slides = dot(t, t) > 0;
+  o.inertia = o.slides ? dot(t, t) : dot(r, r);
+  if (!(o.inertia > 0)) return o;
+  o.axis = (1 / std::sqrt(o.inertia)) * (o.slides ? t : r);
+  if (!o.slides) return o;
+  o.pitch = norm(r) > 0 ? std::abs(dot(r, o.axis)) / norm(r) : 0;
+  o.place = (1 / std::sqrt(o.inertia)) * cross(o.axis, r);  // place x axis = r / sqrt(mass), across the axis
+  return o;
+}
+
+RigidBodyInertiad inertia_of(const Oscillator& o) {
+  if (o.slides) return RigidBodyInertiad::about_com(o.inertia, o.place, Symmetric3d::zero());
+  const Vector3d& a = o.axis;
+  const double I = o.inertia;
+  return {0,
+          Vector3d::zero(),
+          {I * a[0] * a[0], I * a[1] * a[1], I * a[2] * a[2], I * a[0] * a[1], I * a[0] * a[2], I * a[1] * a[2]}};
+}
+
+RigidBodyInertiad less(const RigidBodyInertiad& whole, const RigidBodyInertiad& part) {
+  return {whole.mass - part.mass, whole.first_moment - part.first_moment, whole.rotational - part.rotational};
+}
+
+// What of a body its modes leave at rest.
+RigidBodyInertiad rest_of_modes(const BodyDescription& link) {
+  RigidBodyInertiad rest = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia);
+  for (const VibrationMode& mode : link.modes) rest = less(rest, inertia_of(oscillator_of(mode)));
+  return rest;
+}
+
+// A robot's bodies one by one, with what hangs on them.
+class Expansion {
+ public:
+  explicit Expansion(const RobotSetup& robot) : robot_(robot) {}
+
+  RobotSetup result() {
+    RobotSetup flexible = robot_;
+    flexible.undeformed = std::make_shared<const RobotSetup>(robot_);
+    flexible.bodies.clear(), flexible.geometry.clear();
+    for (const BodyDescription& link : robot_.bodies) add(link, flexible);
+    for (EndEffectorSetup& e : flexible.end_effectors) {
+      const PlaceOnPiece place = placed(e.body, e.X_BE.p);
+      e.body = place.body, e.X_BE.p = place.p;
+    }
+    return flexible;
+  }
+
+  PlaceOnPiece placed(const std::string& body, const Vector3d& p) const {
+    const auto link = std::find_if(robot_.bodies.begin(), robot_.bodies.end(),
+                                   [&](const BodyDescription& b) { return b.name == body; });
+    return link == robot_.bodies.end() ? PlaceOnPiece{body, p} : place_on_piece(*link, p);
+  }
+
+ private:
+  void add(const BodyDescription& link, RobotSetup& flexible) {
+    BodyDescription body = link;
+    body.beam.reset(), body.modes.clear();
+    const PlaceOnPiece place = placed(link.parent, link.X_PF.p);
+    body.parent = place.body, body.X_PF.p = place.p;
+    if (link.joint.elasticity) {
+      if (const std::string fault = gear_fault(link.joint); !fault.empty())
+        throw std::invalid_argument(fmt::format("joint '{}': {}", link.joint.name, fault));
+      add_gear(link, body, flexible);
+    }
+    if (link.beam) {
+      if (const std::string fault = beam_fault(link); !fault.empty())
+        throw std::invalid_argument(fmt::format("body '{}': {}", link.name, fault));
+      add_pieces(link, std::move(body), flexible);
+      return;
+    }
+    for (const auto& [name, shape] : robot_.geometry) {
+      if (name == link.name) flexible.geometry.emplace_back(name, shape);
+    }
+    if (!link.modes.empty()) {
+      if (const std::string fault = modes_fault(link); !fault.empty())
+        throw std::invalid_argument(fmt::format("body '{}': {}", link.name, fault));
+      add_modes(link, std::move(body), flexible);
+      return;
+    }
+    flexible.bodies.push_back(std::move(body));
+  }
+
+  static void add_modes(const BodyDescription& link, BodyDescription rest, RobotSetup& flexible) {
+    const RigidBodyInertiad I = rest_of_modes(link);
+    rest.mass = I.mass, rest.com = I.com(), rest.inertia = I.rotational_about_com();
+    flexible.bodies.push_back(std::move(rest));
+    int number = 0;
+    for (const VibrationMode& mode : link.modes) {
+      const Oscillator o = oscillator_of(mode);
+      const double omega = 2 * std::numbers::pi * mode.frequency;
+      BodyDescription body;
+      body.name = fmt::format("{}:mode-{}", link.name, ++number);
+      body.parent = link.name;
+      body.X_PF.p = o.place;
+      body.joint.name = body.name;
+      body.joint.type = o.slides ? JointType::prismatic : JointType::continuous;
+      body.joint.axis = o.axis;
+      body.joint.spring = JointSpring{o.inertia * omega * omega, 2 * mode.damping_ratio * omega * o.inertia, 0};
+      if (o.slides) {
+        body.mass = o.inertia;
+      } else {
+        body.inertia = inertia_of(o).rotational;
+      }
+      body.is_part = true;
+      flexible.bodies.push_back(std::move(body));
+    }
+  }
+
+  // The motor turns a body without mass, which carries the link by a spring about the same axis (22.4).
+  static void add_gear(const BodyDescription& link, BodyDescription& body, RobotSetup& flexible) {
+    BodyDescription turned;
+    turned.name = kDrive + link.name;
+    turned.parent = body.parent, turned.X_PF = body.X_PF;
+    turned.joint = link.joint;
+    turned.joint.elasticity.reset();
+    turned.is_part = true;
+    body.parent = turned.name, body.X_PF = Posed::identity();
+    body.joint = JointDescription{};
+    body.joint.name = kGear + link.joint.name;
+    body.joint.type = slides_along_axis(link.joint.type) ? JointType::prismatic : JointType::continuous;
+    body.joint.axis = link.joint.axis;
+    body.joint.spring = JointSpring{link.joint.elasticity->stiffness, link.joint.elasticity->damping, 0};
+    flexible.bodies.push_back(std::move(turned));
+  }
+
+  void add_pieces(const BodyDescription& link, BodyDescription root, RobotSetup& flexible) {
+    Beam beam(link);
+    const Rest rest = rest_of(link, beam);
+    if (rest.is_nothing) beam.spread(rest.inertia);
+    const auto rod = [&](int piece) {
+      const Vector3d middle = beam.at(0.5 * (beam.begin(piece) + beam.end(piece))) - beam.origin(piece);
+      Symmetric3d I = beam.piece_inertia(piece);
+      I += beam.spread_over(piece);
+      return RigidBodyInertiad::about_com(beam.piece_mass(piece), middle, I);
+    };
+    const auto set = [](const RigidBodyInertiad& I, BodyDescription& body) {
+      body.mass = I.mass, body.com = I.com(), body.inertia = I.rotational_about_com();
+      body.is_part = true;
+    };
+    RigidBodyInertiad first = rod(0);
+    if (!rest.is_nothing) first += RigidBodyInertiad::about_com(rest.mass, rest.com, rest.inertia);
+    set(first, root);
+    flexible.bodies.push_back(std::move(root));
+    for (int piece = 1; piece <= beam.hinges(); ++piece) {
+      std::string parent = piece_name(link.name, piece - 1);
+      Vector3d at = beam.origin(piece) - beam.origin(piece - 1);
+      const std::vector<Beam::Hinge> springs = beam.springs();
+      for (const Beam::Hinge& hinge : springs) {
+        BodyDescription body;
+        const bool is_last = &hinge == &springs.back();
+        body.joint.name = fmt::format("{}{}", piece_name(link.name, piece), hinge.name);
+        body.name = is_last ? piece_name(link.name, piece) : body.joint.name;
+        body.parent = parent, body.X_PF.p = at;
+        body.joint.type = JointType::continuous, body.joint.axis = hinge.axis, body.joint.spring = hinge.spring;
+        body.is_part = true;
+        if (is_last) set(rod(piece), body);
+        parent = body.name, at = Vector3d::zero();
+        flexible.bodies.push_back(std::move(body));
+      }
+    }
+    for (const auto& [name, shape] : robot_.geometry) {
+      if (name == link.name) cut(shape, link.name, beam, flexible.geometry);
+    }
+  }
+
+  const RobotSetup& robot_;
+};
+
+}  // namespace
+
+bool is_flexible(const RobotSetup& robot) {
+  return std::any_of(robot.bodies.begin(), robot.bodies.end(), [](const BodyDescription& b) {
+    return b.beam.has_value() || !b.modes.empty() || b.joint.elasticity.has_value() || b.joint.spring.has_value();
+  });
+}
+
+std::string gear_fault(const JointDescription& joint) {
+  if (!has_one_axis(joint.type)) return "only a joint of one axis has a gear that yields";
+  if (joint.spring) return "a joint with a spring is not driven, and has no gear that yields";
+  if (!(joint.reflected_inertia() > 0))
+    return "a gear that yields needs rotor_inertia and gear_ratio: between motor and spring there is nothing else that "
+           "has inertia";
+  return {};
+}
+
+std::string beam_fault(const BodyDescription& link) {
+  const BeamDescription& b = *link.beam;
+  if (link.parent.empty()) return "the base is no beam; panels and masts are links on it";
+  if (!b.bending_stiffness_y && !b.bending_stiffness_z && !b.torsional_stiffness)
+    return "a beam needs bending_stiffness_y, bending_stiffness_z or torsional_stiffness";
+  const double length = norm(b.to - b.from);
+  if (!(length > 0)) return "a beam's ends, from and to, are at the same place";
+  if (b.section_y) {
+    const Vector3d x = (1 / length) * (b.to - b.from), across = *b.section_y - dot(*b.section_y, x) * x;
+    if (!(norm(across) > 1e-6 * norm(*b.section_y))) return "section_y must not be along the beam";
+  }
+  const Beam beam(link);
+  const Rest rest = rest_of(link, beam);
+  if (rest.mass < 0)
+    return fmt::format("the beam has {:.6g} kg, more than the {:.6g} kg of its link, whose mass includes it",
+                       beam.mass(), link.mass);
+  if (rest.is_nothing) {
+    if (norm(link.com - rest.com) > 1e-6 * length)
+      return fmt::format(
+          "the beam is all of its link's mass, so the link's centre of mass must be its middle, ({:.6g}, {:.6g}, "
+          "{:.6g}) m; a smaller mass_per_length leaves something else",
+          rest.com[0], rest.com[1], rest.com[2]);
+    const Symmetric3d& I = rest.inertia;
+    const double least = -kNothing * size_of(link.inertia);
+    if (I.xx < least || I.yy < least || I.zz < least)
+      return fmt::format(
+          "the link's inertia is less than that of its beam, a slender rod of {:.6g} kg and {:.6g} m, which has {:.6g} "
+          "kg m^2 across it",
+          beam.mass(), length, beam.mass() * length * length / 12);
+  } else if (const std::string fault = inertia_fault(rest.inertia); !fault.empty()) {
+    return fmt::format(
+        "the link's mass and inertia, which include the beam's, leave none that a body can have beside a slender rod "
+        "of {:.6g} kg and {:.6g} m: {}",
+        beam.mass(), length, fault);
+  }
+  if (b.torsional_stiffness && !(b.rotary_inertia > 0) && !rest.is_nothing)
+    return "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia about it";
+  if (b.torsional_stiffness && rest.is_nothing && !(dot(beam.x(), link.inertia * beam.x()) > 0))
+    return "torsional_stiffness needs inertia about the beam";
+  return {};
+}
+
+RobotSetup flexible_robot(const RobotSetup& robot) {
+  const bool to_expand = std::any_of(robot.bodies.begin(), robot.bodies.end(), [](const BodyDescription& b) {
+    return b.beam.has_value() || !b.modes.empty() || b.joint.elasticity.has_value();
+  });
+  return to_expand ? Expansion(robot).result() : robot;
+}
+
+RobotSetup rigid_robot(const RobotSetup& robot) {
+  RobotSetup rigid = robot.undeformed ? *robot.undeformed : robot;
+  for (BodyDescription& body : rigid.bodies) {
+    body.beam.reset(), body.modes.clear();
+    body.joint.elasticity.reset();
+    if (!body.joint.spring) continue;
+    // Where it rests.
+    const double rest = body.joint.spring->rest;
+    const Vector3d& a = body.joint.axis;
+    if (slides_along_axis(body.joint.type)) body.X_PF.p = body.X_PF.p + body.X_PF.R * (rest * a);
+    if (turns_about_axis(body.joint.type)) body.X_PF.R = body.X_PF.R * rotation_about(a, rest);
+    body.joint.type = JointType::fixed;
+    body.joint.spring.reset();
+  }
+  return rigid;
+}
+
+bool is_made_of_flexibility(const BodyDescription& body) {
+  return yields(body.joint) && (body.is_part || body.joint.name.starts_with(kGear));
+}
+
+CaptureProblem rigid_problem(CaptureProblem problem) {
+  problem.robot = rigid_robot(RobotSetup(problem.robot));
+  return problem;
+}
+
+CaptureProblem flexible_problem(CaptureProblem problem) {
+  if (!is_flexible(problem.robot)) return problem;
+  const Expansion expansion(problem.robot);
+  for (LoadSetup& load : problem.loads) {
+    const PlaceOnPiece place = expansion.placed(load.body, load.p_BP);
+    load.body = place.body, load.p_BP = place.p;
+  }
+  problem.robot = flexible_robot(RobotSetup(problem.robot));
+  return problem;
+}
+
+PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p) {
+  if (!link.beam) return {link.name, p};
+  const Beam beam(link);
+  const int piece = beam.piece_of(p);
+  return {piece_name(link.name, piece), p - beam.origin(piece)};
+}
+
+// A target's body, "target:NAME", has a name behind its colon.
+std::string link_of_piece(const std::string& body) {
+  const std::size_t colon = body.rfind(':');
+  if (colon == std::string::npos || colon + 1 == body.size()) return body;
+  const std::string after = body.substr(colon + 1);
+  const bool is_number = after.find_first_not_of("0123456789") == std::string::npos;
+  return is_number ? body.substr(0, colon) : body;
+}
+
+std::vector<int> pieces_of(const Model& model, const std::string& link) {
+  std::vector<int> pieces{model.body_index(link)};
+  for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
+    const BodyDescription& body = model.bodies()[i].description;
+    if (body.is_part && body.name != link && !is_between_joints(body) && link_of_piece(body.name) == link)
+      pieces.push_back(i);
+  }
+  return pieces;
+}
+
+std::string modes_fault(const BodyDescription& link) {
+  if (link.beam) return "a body has a beam or modes, not both";
+  if (link.parent.empty()) return "the base has no modes; panels are links on it";
+  int number = 0;
+  for (const VibrationMode& mode : link.modes) {
+    ++number;
+    const Oscillator o = oscillator_of(mode);
+    if (!(mode.frequency > 0)) return fmt::format("mode {} needs a positive frequency", number);
+    if (!(o.inertia > 0)) return fmt::format("mode {} has no participation: nothing can excite it", number);
+    if (o.pitch > kPitch)
+      return fmt::format(
+          "mode {}: {:.3g} of its rotation is along its translation, as of a screw, which no mass on a spring does; "
+          "state the two as modes of their own",
+          number, o.pitch);
+  }
+  const RigidBodyInertiad rest = rest_of_modes(link);
+  if (!(rest.mass > 0))
+    return fmt::format(
+        "the modes' effective masses are {:.6g} kg, the body has {:.6g} kg, which include them: every mode is a mass "
+        "of "
+        "its own here, so that modes along several directions may ask for more than there is; leave out the fast ones",
+        link.mass - rest.mass, link.mass);
+  if (const std::string fault = inertia_fault(rest.rotational_about_com()); !fault.empty())
+    return fmt::format("what the modes leave of the body's mass, {:.6g} kg, is none that a body can have: {}",
+                       rest.mass, fault);
+  return {};
+}
+
+// --- Targets ---
+
+namespace {
+
+// The target as the base of a robot, its panels as links.
+RobotSetup as_robot(const TargetSetup& target) {
+  RobotSetup robot;
+  BodyDescription body = target_body(target);
+  robot.base = body.name;
+  RigidBodyInertiad rest = RigidBodyInertiad::about_com(target.mass, target.com, target.inertia);
+  std::vector<BodyDescription> panels;
+  for (const PanelSetup& p : target.panels) {
+    BodyDescription panel;
+    panel.name = fmt::format("{}/{}", body.name, p.name);
+    panel.parent = body.name, panel.X_PF = p.X_TP;
+    panel.joint.name = panel.name;
+    panel.mass = p.mass, panel.com = p.com, panel.inertia = p.inertia;
+    panel.beam = p.beam, panel.modes = p.modes;
+    Posed X_TP = p.X_TP;
+    if (p.hinge && p.hinge_axis) {
+      panel.joint.type = JointType::continuous, panel.joint.axis = *p.hinge_axis, panel.joint.spring = p.hinge;
+      X_TP.R = X_TP.R * rotation_about(*p.hinge_axis, p.hinge->rest);
+    }
+    rest = less(rest, X_TP * RigidBodyInertiad::about_com(p.mass, p.com, p.inertia));
+    for (const Geometry& shape : p.geometry) robot.geometry.emplace_back(panel.name, shape);
+    panels.push_back(std::move(panel));
+  }
+  if (!panels.empty() && rest.mass > 0)
+    body.mass = rest.mass, body.com = rest.com(), body.inertia = rest.rotational_about_com();
+  if (!panels.empty() && !(rest.mass > 0)) body.mass = rest.mass;
+  robot.bodies.push_back(std::move(body));
+  robot.bodies.insert(robot.bodies.end(), panels.begin(), panels.end());
+  return robot;
+}
+
+}  // namespace
+
+std::string panel_fault(const TargetSetup& target) {
+  if (target.panels.empty()) return {};
+  const RobotSetup robot = as_robot(target);
+  const BodyDescription& rest = robot.bodies.front();
+  if (!(rest.mass > 0))
+    return fmt::format("the panels have {:.6g} kg, the target {:.6g} kg, which include them", target.mass - rest.mass,
+                       target.mass);
+  if (const std::string fault = inertia_fault(rest.inertia); !fault.empty())
+    return fmt::format(
+        "the target's inertia, which includes its panels, leaves none that a body can have without them: {}", fault);
+  for (std::size_t i = 0; i < target.panels.size(); ++i) {
+    const BodyDescription& panel = robot.bodies[i + 1];
+    std::string fault = inertia_fault(panel.inertia);
+    if (fault.empty() && panel.beam) fault = beam_fault(panel);
+    if (fault.empty() && !panel.modes.empty()) fault = modes_fault(panel);
+    if (!fault.empty()) return fmt::format("panel '{}': {}", target.panels[i].name, fault);
+  }
+  return {};
+}
+
+TargetBodies target_bodies(const TargetSetup& target) {
+  if (target.panels.empty()) return {{target_body(target)}, {}};
+  if (const std::string fault = panel_fault(target); !fault.empty())
+    throw std::invalid_argument(fmt::format("target '{}': {}", target.name, fault));
+  RobotSetup flexible = flexible_robot(as_robot(target));
+  return {std::move(flexible.bodies), std::move(flexible.geometry)};
+}
+
+bool belongs_to_target(const std::string& body, const std::string& target) {
+  const std::string own = target_body_name(target);
+  return body == own || body.starts_with(own + "/");
+}
+
+}  // namespace grapnel

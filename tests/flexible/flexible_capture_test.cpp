@@ -1,0 +1,175 @@
+/// Captures by robots that bend: they arrive, keep their ledger, and what the impact is depends on the modes as it is
+/// said to.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/recorded.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::testing {
+namespace flexible_capture_test {
+
+using ::testing::HasSubstr;
+
+CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
+  return load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name, overrides);
+}
+
+// A shorter approach: plans are corrected by flights, which take a while.
+CaptureProblem quick(const std::string& name) {
+  return load(name, {{"approach.duration", "4"}, {"post_impact.duration", "0.1"}});
+}
+
+CaptureResult completed(const CaptureProblem& problem) {
+  CaptureResult r = simulate_capture(problem);
+  EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  for (const LedgerEntry& e : r.ledger.entries) {
+    if (e.name != "clearance_violation") {
+      EXPECT_TRUE(e.pass()) << e.name << " " << e.value;
+    }
+  }
+  return r;
+}
+
+void expect_arrival(const CaptureProblem& problem, const CaptureResult& r) {
+  for (std::size_t g = 0; g < problem.grasps.size(); ++g)
+    EXPECT_LT(meeting(problem, r, g, last_sample(r, "approach")).distance(), 1e-9);
+}
+
+// The plan allows for what the flight bends; the impact's dependence on the modes ends at the impact itself, and begins
+// at that of the robot whose pieces keep their rates.
+TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
+  CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+  const CaptureResult r = completed(p);
+  expect_arrival(p, r);
+  ASSERT_EQ(r.elastic.size(), 2u);
+  EXPECT_EQ(r.elastic[0].springs, 24);
+  EXPECT_LT(r.elastic[1].modes[0].held, r.elastic[0].modes[0].held);
+  const std::vector<ModesKept>& by_modes = r.impact->by_modes;
+  ASSERT_GT(by_modes.size(), 10u);
+  EXPECT_EQ(by_modes.back().modes, 24);
+  for (std::size_t g = 0; g < 2; ++g) EXPECT_NEAR(by_modes.back().impulses[g], norm(r.impact->grasps[g].impulse), 1e-9);
+
+  p.impact->modes = ImpactSetup::Modes::none;
+  const CaptureResult none = completed(p);
+  for (std::size_t g = 0; g < 2; ++g) {
+    EXPECT_NEAR(none.impact->by_modes.front().impulses[g], norm(none.impact->grasps[g].impulse), 1e-9);
+    EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
+  }
+  EXPECT_TRUE(none.impact->held_joints.empty());  // pieces are no joints that anybody drives
+}
+
+// The stiffer the links the nearer is everything to the thesis's rigid robot, with nothing that answers the impact.
+TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
+  const CaptureResult rigid = completed(quick("thesis/closed-loop.yaml"));
+  std::vector<double> apart;
+  for (const double stiffness : {2117.0, 21170.0}) {
+    CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+    for (BodyDescription& body : p.robot.bodies) {
+      if (body.beam) body.beam->bending_stiffness_z = stiffness, body.beam->segments = 1;
+    }
+    p.impact->modes = ImpactSetup::Modes::none;
+    const CaptureResult r = completed(p);
+    apart.push_back(std::abs(norm(r.impact->grasps[0].impulse) - norm(rigid.impact->grasps[0].impulse)));
+  }
+  EXPECT_LT(apart[0], 0.1 * norm(rigid.impact->grasps[0].impulse));
+  EXPECT_LT(apart[1], 0.3 * apart[0]);
+}
+
+// A rigid contact's impulse falls with every mode that can answer; where that matters it is said.
+TEST(FlexibleCapture, WarnsOfImpulsesThatDoNotConverge) {
+  CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+  p.post_impact.reset();
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.beam) body.beam->segments = 3;
+  }
+  for (BodyDescription& body : p.robot.bodies) {  // nothing but the link's end holds the grasp
+    if (body.name.ends_with("prong") || body.name.ends_with("yoke"))
+      body.mass *= 1e-3, body.inertia = Symmetric3d::diagonal(1e-5, 1e-5, 1e-5);
+  }
+  const CaptureResult r = completed(p);
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("depends on how many modes bend")));
+  p.impact->modes = ImpactSetup::Modes::none;
+  EXPECT_THAT(completed(p).warnings, ::testing::Not(::testing::Contains(HasSubstr("how many modes bend"))));
+}
+
+// Grasps that yield: the bending goes on meanwhile, and energy and momentum are kept.
+TEST(FlexibleCapture, ImpactsInTime) {
+  CaptureProblem p = quick("thesis/closed-loop-flexible-contact.yaml");
+  p.post_impact.reset();
+  p.impact->compliant.longest = 0.6;
+  const CaptureResult r = completed(p);
+  EXPECT_TRUE(r.impact->by_modes.empty());
+  EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.1);
+}
+
+// Gears that yield, a panel on a hinge with a spring, a load on a link's far end.
+TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
+  CaptureProblem p = load("first-plan.yaml");
+  p.post_impact->duration = 1;
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.joint.type != JointType::revolute) continue;
+    body.joint.rotor_inertia = 1e-4, body.joint.gear_ratio = 100;
+    body.joint.elasticity = JointElasticity{5000, 5};
+  }
+  BodyDescription panel;
+  panel.name = "panel", panel.parent = p.robot.base;
+  panel.joint.name = "panel-hinge", panel.joint.type = JointType::revolute, panel.joint.axis = {0, 0, 1};
+  panel.joint.spring = JointSpring{30, 0.1, 0.2};
+  panel.X_PF.p = {0, 0.5, 0.5};
+  panel.mass = 8, panel.com = {0, 1, 0}, panel.inertia = Symmetric3d::diagonal(3, 0.2, 3);
+  p.robot.bodies.push_back(panel);
+  LoadSetup load;
+  load.body = "panel", load.p_BP = {0, 1, 0}, load.amplitude.linear = {0.01, 0, 0};
+  p.loads.push_back(load);
+  const CaptureResult r = completed(p);
+  expect_arrival(p, r);
+  EXPECT_EQ(r.elastic[0].springs, static_cast<int>(p.robot.bodies.size()) - 1);
+  const auto deflection = std::find_if(r.series.series.begin(), r.series.series.end(),
+                                       [](const Series& s) { return s.path == "elastic/deflection"; });
+  ASSERT_TRUE(deflection != r.series.series.end());
+  EXPECT_EQ(deflection->components.size(), p.robot.bodies.size() - 1);
+  EXPECT_EQ(r.plan->joints.size(), p.joint_position.size());
+}
+
+// Panels of a target: they swing when it is caught, and what their dampers take is its own until it is held.
+TEST(FlexibleCapture, OfASatelliteWithPanels) {
+  CaptureProblem p = load("dual-arm-satellite-panels.yaml", {{"post_impact.duration", "5"}});
+  for (PanelSetup& panel : p.targets[0].panels) panel.beam->damping_ratio = 0.1;
+  const CaptureResult r = completed(p);
+  EXPECT_EQ(r.elastic[0].springs, 16);
+  const auto series = [&](const std::string& path) {
+    return std::find_if(r.series.series.begin(), r.series.series.end(),
+                        [&](const Series& s) { return s.path == path; });
+  };
+  ASSERT_NE(series("links/satellite/right-panel:4/position"), r.series.series.end());
+  const auto deflection = series("elastic/deflection");
+  double before = 0, after = 0;
+  for (std::size_t s = 0; s < r.series.time.size(); ++s) {
+    const double size = std::abs(deflection->data[s * deflection->components.size()]);
+    (r.series.time[s] < 45 ? before : after) = std::max(r.series.time[s] < 45 ? before : after, size);
+  }
+  EXPECT_GT(before, 1e-6);
+  EXPECT_GT(after, 5 * before);
+}
+
+// What is flown without knowing that the robot bends misses by what it bends.
+TEST(FlexibleCapture, APlanThatIsFrozenMisses) {
+  const CaptureResult planned = completed(quick("thesis/closed-loop.yaml"));
+  CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+  p.contact = ContactSetup{};
+  p.approach->plan.reset();
+  p.approach->final_position = planned.plan->final_position;
+  const CaptureResult r = completed(p);
+  const double miss = meeting(p, r, 0, last_sample(r, "approach")).distance();
+  EXPECT_GT(miss, 1e-6);
+  EXPECT_LT(miss, 1e-2);
+}
+
+}  // namespace flexible_capture_test
+}  // namespace grapnel::testing
