@@ -44,8 +44,10 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
   for (const auto& [body, geometry] : robot.geometry) pieces.insert(body);
   for (const std::string& a : pieces) {
     for (const std::string& b : pieces) {
-      if (a < b && !pairs.contains({link_of_piece(a), link_of_piece(b)}))
-        ignored.emplace_back(model.body_index(a), model.body_index(b));
+      if (!(a < b)) continue;
+      const int body_a = model.body_index(a), body_b = model.body_index(b);
+      const auto link = [&](int body) { return link_of_piece(model.bodies()[body].description); };
+      if (!pairs.contains({link(body_a), link(body_b)})) ignored.emplace_back(body_a, body_b);
     }
   }
 }
@@ -91,7 +93,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
     const int target = model.body_index(target_body_name(g.target));
     for (int body : tied_to(model, end_effector)) {
-      for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description.name)))
+      for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description)))
         ignored.emplace_back(piece, target);
     }
   }

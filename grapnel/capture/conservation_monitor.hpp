@@ -136,6 +136,7 @@ class ConservationMonitor {
   std::vector<std::string> names_;            // of the parts
   std::vector<std::vector<int>> tree_parts_;  // per tree of the model at hand
   std::vector<Group> groups_;
+  bool bends_ = false;            // springs store energy, which the absolute tolerance bounds
   std::vector<Worst> rows_;       // of groups that are no more: the four rows in their order
   double jump_ = 0, growth_ = 0;  // of groups that are no more, relative
   bool started_ = false;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/problem/flexible_bodies.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -41,7 +43,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   for (std::size_t i = 0; i < system.model.bodies().size(); ++i) {
     const int body = static_cast<int>(i);
     const BodyDescription& description = system.model.bodies()[i].description;
-    if (body == system.base || is_inside_base(description.name)) continue;
+    if (body == system.base || is_inside_base(description.name) || is_between_joints(description)) continue;
     std::vector<Geometry> shapes = shapes_of(problem_.robot, description.name);
     for (const TargetSetup& target : problem_.targets) {
       if (target_body_name(target.name) == description.name) shapes = target.geometry;

@@ -98,7 +98,7 @@ Eigen::VectorXd as_eigen(const Wrenchd& F) {
 }
 Wrenchd as_wrench(const Eigen::VectorXd& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
 
-// The wrench that a target needs besides gravity and loads to move as it does, about p_W, in W.
+// The wrench that a body needs besides gravity and loads to move as it does, about p_W, in W.
 Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceleration& A, int body,
                       const PhaseDynamics& dynamics, const Vector3d& p_W) {
   const BodyDescription& d = model.bodies()[body].description;
@@ -113,6 +113,12 @@ Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceler
     if (e.body == body) F -= shift(e.F_W, p_W - e.p_WP);
   }
   return F;
+}
+
+// Whether a body is another, or hangs on it by any number of joints.
+bool is_carried_by(const Model& model, int body, int carrier) {
+  while (body > carrier) body = model.bodies()[body].parent;  // parents come first
+  return body == carrier;
 }
 
 // All grasps of one target.
@@ -167,7 +173,9 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
     const Vector3d p_1 = t.grasps[0].p_WC;
     const int body = t.grasps[0].target_body;
     Wrenchd& carried = result.F[t.held[0]];
-    carried = -needed_wrench(model, k, A[body], body, *sample.dynamics, p_1);
+    for (int i = body; i < static_cast<int>(model.bodies().size()); ++i) {  // the target, and what hangs on it
+      if (is_carried_by(model, i, body)) carried -= needed_wrench(model, k, A[i], i, *sample.dynamics, p_1);
+    }
     for (std::size_t i = 1; i < t.held.size(); ++i) {
       const HeldGrasp& grasp = system.grasps[t.held[i]];
       // Whatever another grasp carries, the first carries less.

@@ -112,6 +112,12 @@ class Beam {
     return springs;
   }
 
+  /// Inertia about the beam, per length.
+  double rotary() const {
+    const Symmetric3d& r = spread_;
+    return setup_.rotary_inertia + dot(x_, r * x_) / length_;
+  }
+
   /// What a link that is nothing but its beam has beyond a slender rod, in this share, is spread over the pieces.
   void spread(const Symmetric3d& rest) { spread_ = rest; }
   Symmetric3d spread_over(int piece) const {
@@ -121,12 +127,6 @@ class Beam {
   }
 
  private:
-  // Inertia about the beam, per length.
-  double rotary() const {
-    const Symmetric3d& r = spread_;
-    return setup_.rotary_inertia + dot(x_, r * x_) / length_;
-  }
-
   BeamDescription setup_;
   double length_ = 0, mass_per_length_ = 0;
   Vector3d x_, y_, z_;
@@ -305,6 +305,7 @@ class Expansion {
   static void add_modes(const BodyDescription& link, BodyDescription rest, RobotSetup& flexible) {
     const RigidBodyInertiad I = rest_of_modes(link);
     rest.mass = I.mass, rest.com = I.com(), rest.inertia = I.rotational_about_com();
+    rest.is_part = true;  // what modes of torsion leave of a plate is no body's own
     flexible.bodies.push_back(std::move(rest));
     int number = 0;
     for (const VibrationMode& mode : link.modes) {
@@ -416,8 +417,12 @@ std::string beam_fault(const BodyDescription& link) {
     const Vector3d x = (1 / length) * (b.to - b.from), across = *b.section_y - dot(*b.section_y, x) * x;
     if (!(norm(across) > 1e-6 * norm(*b.section_y))) return "section_y must not be along the beam";
   }
-  const Beam beam(link);
+  Beam beam(link);
   const Rest rest = rest_of(link, beam);
+  if (dot(beam.x(), b.from) < -1e-9 * length)
+    return fmt::format(
+        "the beam begins {:.6g} m before the link's joint: it must begin, with from, at the joint or beyond it",
+        -dot(beam.x(), b.from));
   if (rest.mass < 0)
     return fmt::format("the beam has {:.6g} kg, more than the {:.6g} kg of its link, whose mass includes it",
                        beam.mass(), link.mass);
@@ -442,8 +447,8 @@ std::string beam_fault(const BodyDescription& link) {
   }
   if (b.torsional_stiffness && !(b.rotary_inertia > 0) && !rest.is_nothing)
     return "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia about it";
-  if (b.torsional_stiffness && rest.is_nothing && !(dot(beam.x(), link.inertia * beam.x()) > 0))
-    return "torsional_stiffness needs inertia about the beam";
+  if (rest.is_nothing) beam.spread(rest.inertia);
+  if (b.torsional_stiffness && !(beam.rotary() > 0)) return "torsional_stiffness needs inertia about the beam";
   return {};
 }
 
@@ -498,20 +503,18 @@ PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p) {
   return {piece_name(link.name, piece), p - beam.origin(piece)};
 }
 
-// A target's body, "target:NAME", has a name behind its colon.
-std::string link_of_piece(const std::string& body) {
-  const std::size_t colon = body.rfind(':');
-  if (colon == std::string::npos || colon + 1 == body.size()) return body;
-  const std::string after = body.substr(colon + 1);
-  const bool is_number = after.find_first_not_of("0123456789") == std::string::npos;
-  return is_number ? body.substr(0, colon) : body;
+std::string link_of_piece(const BodyDescription& body) {
+  const std::size_t colon = body.name.rfind(':');
+  if (!body.is_part || colon == std::string::npos) return body.name;
+  const std::string number = body.name.substr(colon + 1);  // "target:NAME" has a name there
+  return number.find_first_not_of("0123456789") == std::string::npos ? body.name.substr(0, colon) : body.name;
 }
 
 std::vector<int> pieces_of(const Model& model, const std::string& link) {
   std::vector<int> pieces{model.body_index(link)};
   for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
     const BodyDescription& body = model.bodies()[i].description;
-    if (body.is_part && body.name != link && !is_between_joints(body) && link_of_piece(body.name) == link)
+    if (body.is_part && body.name != link && !is_between_joints(body) && link_of_piece(body) == link)
       pieces.push_back(i);
   }
   return pieces;
@@ -539,9 +542,15 @@ std::string modes_fault(const BodyDescription& link) {
         "of "
         "its own here, so that modes along several directions may ask for more than there is; leave out the fast ones",
         link.mass - rest.mass, link.mass);
-  if (const std::string fault = inertia_fault(rest.rotational_about_com()); !fault.empty())
-    return fmt::format("what the modes leave of the body's mass, {:.6g} kg, is none that a body can have: {}",
-                       rest.mass, fault);
+  const Symmetric3d I = rest.rotational_about_com();
+  const double minor = I.xx * I.yy - I.xy * I.xy;
+  const double determinant = minor * I.zz + 2 * I.xy * I.xz * I.yz - I.xx * I.yz * I.yz - I.yy * I.xz * I.xz;
+  if (!(I.xx > 0 && minor > 0 && determinant > 0))
+    return fmt::format(
+        "the modes leave {:.6g} kg of the body's mass, and inertia (xx {:.4g}, yy {:.4g}, zz {:.4g} kg m^2) that is "
+        "not "
+        "positive definite: together they move more than there is",
+        rest.mass, I.xx, I.yy, I.zz);
   return {};
 }
 
@@ -593,6 +602,12 @@ std::string panel_fault(const TargetSetup& target) {
     return fmt::format(
         "the target's inertia, which includes its panels, leaves none that a body can have without them: {}", fault);
   for (std::size_t i = 0; i < target.panels.size(); ++i) {
+    const std::string& name = target.panels[i].name;
+    if (name.empty() || name == "." || name == ".." || name.find_first_of("/:") != std::string::npos)
+      return fmt::format("'{}' is no name of a panel: it may not be '.' or '..', nor have '/' or ':'", name);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (target.panels[j].name == name) return fmt::format("two panels are called '{}'", name);
+    }
     const BodyDescription& panel = robot.bodies[i + 1];
     std::string fault = inertia_fault(panel.inertia);
     if (fault.empty() && panel.beam) fault = beam_fault(panel);

@@ -53,7 +53,7 @@ struct PlaceOnPiece {
 PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p);
 
 /// The link of whose pieces a body of flexible_robot() is one: the body itself, where it is no piece.
-std::string link_of_piece(const std::string& body);
+std::string link_of_piece(const BodyDescription& body);
 /// The bodies of a model that are pieces of a link, or the body of that name. @throws std::out_of_range if there is
 /// none.
 std::vector<int> pieces_of(const Model& model, const std::string& link);

@@ -80,6 +80,9 @@ class Conflicts : ConflictFinder {
       const std::string path = fmt::format("targets[{}].panels", i);
       if (const std::string fault = panel_fault(target); !fault.empty()) add_key(path, "{}: {}", path, fault);
       const std::optional<PostImpactSetup>& post = problem_.post_impact;
+      if (post && (post->detumble || post->grasp_force))
+        add_key(path, "{}: the laws detumble and grasp_force of post_impact take a held target for one rigid body",
+                path);
       if (post && (post->assumed || post->identify))
         add_key(path, "{}: the model that laws have of a held target, by post_impact.assumed or identify, is rigid",
                 path);
@@ -354,6 +357,11 @@ class Conflicts : ConflictFinder {
   using Law = ImpactSetup::Law;
 
   void check_impact(const ImpactSetup& impact) {
+    const bool bends =
+        is_flexible(problem_.robot) || std::any_of(problem_.targets.begin(), problem_.targets.end(),
+                                                   [](const TargetSetup& t) { return !t.panels.empty(); });
+    if (impact.law == ImpactSetup::Law::as_published && bends)
+      add_key("impact.law", "impact.law: as_published: the thesis's formulas are those of rigid robots and targets");
     if (impact.modes == ImpactSetup::Modes::none && impact.law == ImpactSetup::Law::compliant)
       add_key("impact.modes",
               "impact.modes: with law compliant everything bends as it does; none is for impacts without "

@@ -111,7 +111,8 @@ class SceneBuilder {
       if (is_between_joints(piece)) continue;
       SceneBody body;
       body.name = piece.name.substr(prefix);
-      body.kind = "target";
+      body.kind = "part";
+      body.parent = target.name;
       body.series = "links/" + body.name;
       body.mass = piece.mass, body.com = piece.com, body.inertia = piece.inertia;
       for (const auto& [name, shape] : all.geometry) {
@@ -248,9 +249,9 @@ void check_actions(const CaptureProblem& problem, const CaptureSystem& system, c
   }
 }
 
-bool is_planar(const CaptureProblem& flexible) {
-  make_capture_system(flexible);  // checks the problem
-  const CaptureProblem problem = rigid_problem(flexible);
+bool is_planar(const CaptureProblem& stated) {
+  make_capture_system(stated);  // checks the problem
+  const CaptureProblem problem = rigid_problem(stated);
   const CaptureSystem system = make_servicer(problem);
   const Kinematics k = forward_kinematics(system.model, initial_servicer_state(problem, system));
   PlaneCheck check;
@@ -264,7 +265,7 @@ bool is_planar(const CaptureProblem& flexible) {
 
 Scene scene_of(const CaptureProblem& stated) {
   const CaptureProblem problem = flexible_problem(stated);
-  const bool planar = is_planar(problem);  // first: it looks for faults
+  const bool planar = is_planar(stated);  // first: it looks for faults
   Scene scene = SceneBuilder(problem).build();
   scene.planar = planar;
   for (const EndEffectorSetup& e : problem.robot.end_effectors) {

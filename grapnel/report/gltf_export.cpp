@@ -273,7 +273,9 @@ Json primitive_of(GltfFile& file, const std::vector<DrawnMesh>& parts, int mater
 // The number of the body's mesh; -1 if there is nothing to draw.
 int add_mesh(GltfFile& file, const Scene& scene, std::size_t body, int arm, Materials& materials) {
   const SceneBody& it = scene.bodies[body];
-  const std::string color = it.kind == "link" ? series_color(arm) : it.kind == "target" ? kTargetColor : kBaseColor;
+  const std::string color = it.kind == "link"                          ? series_color(arm)
+                            : it.kind == "target" || it.kind == "part" ? kTargetColor
+                                                                       : kBaseColor;
   std::vector<DrawnMesh> parts, marks;
   for (const SceneShape& shape : drawn_shapes(scene, body)) parts.push_back(triangles_of(scene, shape));
   for (const SceneGraspPoint& point : scene.grasp_points) {

@@ -36,9 +36,9 @@ std::vector<Actor> actors_of(const RunSource& run) {
     const SceneBody& body = scene.bodies[i];
     const bool link = body.kind == "link";
     Actor actor{RecordedPose(run.series, body.series),
-                link                    ? series_color(places[i].arm)
-                : body.kind == "target" ? kTargetColor
-                                        : kBaseColor,
+                link                                           ? series_color(places[i].arm)
+                : body.kind == "target" || body.kind == "part" ? kTargetColor
+                                                               : kBaseColor,
                 {},
                 body.kind == "target",
                 {},

@@ -153,7 +153,7 @@ SceneJoint read_joint(const Entry& entry) {
 SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
   SceneBody body;
   body.name = entry["name"].text();
-  body.kind = entry["kind"].one_of({"base", "link", "target"});
+  body.kind = entry["kind"].one_of({"base", "link", "target", "part"});
   if ((body.kind == "base") != names.robot.empty()) entry["kind"].fail("the first body is the base, and no other is");
   if (body.kind == "link") {
     if (!names.targets.empty()) entry["kind"].fail("a link after a target");
@@ -163,7 +163,12 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
     }
     body.joint = read_joint(entry["joint"]);
   }
-  if (!(body.kind == "target" ? names.targets : names.robot).insert(body.name).second) {
+  if (body.kind == "part") {
+    body.parent = entry["parent"].text();
+    if (!names.targets.contains(body.parent))
+      entry["parent"].fail(fmt::format("no target '{}' before this part of it", body.parent));
+  }
+  if (!(body.kind == "target" || body.kind == "part" ? names.targets : names.robot).insert(body.name).second) {
     entry["name"].fail(fmt::format("a second body '{}'", body.name));
   }
   body.series = entry["series"].text();
@@ -298,14 +303,14 @@ const Type& type_of<SceneBody>() {
   using B = SceneBody;
   static constexpr Field fields[] = {
       field<&B::name>("name", "unique among base and links, and among targets; a target may be called like a link"),
-      field<&B::kind>("kind", "`base`, `link`, `target`"),
+      field<&B::kind>("kind", "`base`, `link`, `target`, `part` (of a target: a panel, or a piece of one)"),
       derived<[](const B& b) { return b.parent.empty() ? std::nullopt : std::optional(b.parent); }>(
-          "parent", "", "of links: base or an earlier link; else null")
+          "parent", "", "of links: base or an earlier link; of parts: their target; else null")
           .or_null(),
       field<&B::joint>("joint", "of links; else null").or_null(),
       field<&B::series>("series",
                         "its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its "
-                        "frame in W. `base`, `links/NAME`, `targets/NAME`"),
+                        "frame in W. `base`, `links/NAME` (of parts too), `targets/NAME`"),
       field<&B::mass>("mass", "kg", "of the body"),
       field<&B::com>("com", "m", "centre of mass in its frame"),
       derived<[](const B& b) {

@@ -41,7 +41,7 @@ struct SceneJoint {
 /// A rigid body. Names of base and links are unique, and so are targets', but a target may be called like a link.
 struct SceneBody {
   std::string name;
-  std::string kind;                           // base, link, target
+  std::string kind;                           // base, link, target, part
   std::string parent;                         // of links
   std::optional<SceneJoint> joint;            // of links
   std::string series;                         // its motion in the time series: series + "/position", "/quaternion_wxyz"

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel {
 namespace {
@@ -230,8 +231,17 @@ void add_general(const CaptureProblem& problem, std::vector<std::string>& causes
                                problem.integration.relative_tolerance));
 }
 
+// What bends vibrates, and every vibration is followed.
+void add_bending(const CaptureProblem& problem, std::vector<std::string>& causes) {
+  const bool panels = std::any_of(problem.targets.begin(), problem.targets.end(),
+                                  [](const TargetSetup& t) { return !t.panels.empty(); });
+  if (panels || is_flexible(problem.robot))
+    causes.push_back("what bends (fewer segments, nothing stiffer than matters; grapnel info shows the fastest mode)");
+}
+
 std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   std::vector<std::string> causes;
+  add_bending(problem, causes);
   const TrackingSetup& tracking = problem.approach->tracking;
   if (tracking.mode != JointControl::prescribed) add_friction(problem, causes);
   if (has_gains(tracking.mode)) {
@@ -248,6 +258,7 @@ std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
 
 std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
   std::vector<std::string> causes;
+  add_bending(problem, causes);
   const PostImpactSetup& after = *problem.post_impact;
   if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
   if (has_gains(after.joints))

@@ -49,8 +49,12 @@ std::string joint(const BodyDescription& d) {
       type = "hinge";
       break;
   }
-  return fmt::format("<joint name='{}' type='{}' axis='{}' armature='{:.17g}'/>\n", d.joint.name, type,
-                     numbers(d.joint.axis), d.joint.reflected_inertia());
+  std::string spring;
+  if (const auto& s = d.joint.spring)
+    spring =
+        fmt::format(" stiffness='{:.17g}' damping='{:.17g}' springref='{:.17g}'", s->stiffness, s->damping, s->rest);
+  return fmt::format("<joint name='{}' type='{}' axis='{}' armature='{:.17g}'{}/>\n", d.joint.name, type,
+                     numbers(d.joint.axis), d.joint.reflected_inertia(), spring);
 }
 
 void append_body(const Model& model, int index, std::string& xml) {

@@ -10,11 +10,10 @@
 #include "capture/recorded.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace flexible_capture_test {
-
-using ::testing::HasSubstr;
 
 CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
   return load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name, overrides);
@@ -45,14 +44,17 @@ void expect_arrival(const CaptureProblem& problem, const CaptureResult& r) {
 // at that of the robot whose pieces keep their rates.
 TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.beam) body.beam->segments = 1;
+  }
   const CaptureResult r = completed(p);
   expect_arrival(p, r);
   ASSERT_EQ(r.elastic.size(), 2u);
-  EXPECT_EQ(r.elastic[0].springs, 24);
+  EXPECT_EQ(r.elastic[0].springs, 12);
   EXPECT_LT(r.elastic[1].modes[0].held, r.elastic[0].modes[0].held);
   const std::vector<ModesKept>& by_modes = r.impact->by_modes;
   ASSERT_GT(by_modes.size(), 10u);
-  EXPECT_EQ(by_modes.back().modes, 24);
+  EXPECT_EQ(by_modes.back().modes, 12);
   for (std::size_t g = 0; g < 2; ++g) EXPECT_NEAR(by_modes.back().impulses[g], norm(r.impact->grasps[g].impulse), 1e-9);
 
   p.impact->modes = ImpactSetup::Modes::none;
@@ -62,10 +64,13 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
     EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
   }
   EXPECT_TRUE(none.impact->held_joints.empty());  // pieces are no joints that anybody drives
+  EXPECT_TRUE(warns(r, "depends on how many modes bend"));
+  EXPECT_FALSE(warns(none, "depends on how many modes bend"));
 }
 
 // The stiffer the links the nearer is everything to the thesis's rigid robot, with nothing that answers the impact.
 TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult rigid = completed(quick("thesis/closed-loop.yaml"));
   std::vector<double> apart;
   for (const double stiffness : {2117.0, 21170.0}) {
@@ -81,25 +86,9 @@ TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
   EXPECT_LT(apart[1], 0.3 * apart[0]);
 }
 
-// A rigid contact's impulse falls with every mode that can answer; where that matters it is said.
-TEST(FlexibleCapture, WarnsOfImpulsesThatDoNotConverge) {
-  CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
-  p.post_impact.reset();
-  for (BodyDescription& body : p.robot.bodies) {
-    if (body.beam) body.beam->segments = 3;
-  }
-  for (BodyDescription& body : p.robot.bodies) {  // nothing but the link's end holds the grasp
-    if (body.name.ends_with("prong") || body.name.ends_with("yoke"))
-      body.mass *= 1e-3, body.inertia = Symmetric3d::diagonal(1e-5, 1e-5, 1e-5);
-  }
-  const CaptureResult r = completed(p);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("depends on how many modes bend")));
-  p.impact->modes = ImpactSetup::Modes::none;
-  EXPECT_THAT(completed(p).warnings, ::testing::Not(::testing::Contains(HasSubstr("how many modes bend"))));
-}
-
 // Grasps that yield: the bending goes on meanwhile, and energy and momentum are kept.
 TEST(FlexibleCapture, ImpactsInTime) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = quick("thesis/closed-loop-flexible-contact.yaml");
   p.post_impact.reset();
   p.impact->compliant.longest = 0.6;
@@ -156,6 +145,35 @@ TEST(FlexibleCapture, OfASatelliteWithPanels) {
   }
   EXPECT_GT(before, 1e-6);
   EXPECT_GT(after, 5 * before);
+}
+
+// A rigid panel is a part of its target: loads of grasps are those of the whole.
+TEST(FlexibleCapture, LoadsOnAGraspAreThoseOfTheWholeTarget) {
+  CaptureProblem p = load("first-plan.yaml");
+  p.post_impact->duration = 1;
+  p.targets[0].inertia = Symmetric3d::diagonal(3, 3, 3);
+  const CaptureResult one = completed(p);
+  PanelSetup panel;
+  panel.name = "a", panel.mass = 5, panel.com = {0.2, 0, 0}, panel.X_TP.p = {0.1, 0.2, 0};
+  panel.inertia = Symmetric3d::diagonal(0.17, 0.17, 0.17);
+  p.targets[0].panels.push_back(panel);
+  const CaptureResult two = completed(p);
+  ASSERT_EQ(one.grasp_loads.size(), two.grasp_loads.size());
+  for (std::size_t i = 0; i < one.grasp_loads.size(); ++i) {
+    EXPECT_NEAR(one.grasp_loads[i].largest_force, two.grasp_loads[i].largest_force, 1e-9);
+    EXPECT_NEAR(one.grasp_loads[i].largest_moment, two.grasp_loads[i].largest_moment, 1e-9);
+  }
+}
+
+// Stiffness that nobody can follow is said at once.
+TEST(FlexibleCapture, RefusesVibrationsThatWouldTakeDays) {
+  CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.beam) body.beam->bending_stiffness_z = 1e15;
+  }
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_NE(r.failure.find("what bends vibrates at up to"), std::string::npos) << r.failure;
 }
 
 // What is flown without knowing that the robot bends misses by what it bends.

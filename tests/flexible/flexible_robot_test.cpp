@@ -99,8 +99,9 @@ TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
   }
   EXPECT_THAT(driven, ::testing::ElementsAre("shoulder", "wrist"));
   EXPECT_THAT(pieces_of(model, "arm"), ::testing::SizeIs(7));
-  EXPECT_EQ(link_of_piece("arm:3"), "arm");
-  EXPECT_EQ(link_of_piece("target:arm"), "target:arm");
+  EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("arm:3")].description), "arm");
+  EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("arm")].description), "arm");
+  EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("base")].description), "base");
 }
 
 TEST(FlexibleRobot, WithoutAnythingThatYieldsIsTheRobot) {
@@ -172,7 +173,7 @@ TEST(VibrationModes, ThatNoPanelHasAreRefused) {
   EXPECT_EQ(fault([](BodyDescription&) {}), "");
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].rotation = {0, -7.63, 0.1}; }), HasSubstr("mode 1: "));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].translation[2] = 5; }), HasSubstr("effective masses"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("none that a body can have"));
+  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("not positive definite"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 0; }), HasSubstr("no participation"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].frequency = 0; }), HasSubstr("positive frequency"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("not both"));
@@ -231,6 +232,11 @@ TEST(TargetBodies, SayWhatPanelsCannotBe) {
   target.mass = 100, target.inertia.yy = target.inertia.xx = target.inertia.zz = 12;
   EXPECT_THAT(panel_fault(target), HasSubstr("leaves none that a body can have"));
   target = target_with_panels();
+  target.panels[1].name = "wing";
+  EXPECT_THAT(panel_fault(target), HasSubstr("two panels are called 'wing'"));
+  target.panels[1].name = "..";
+  EXPECT_THAT(panel_fault(target), HasSubstr("no name of a panel"));
+  target = target_with_panels();
   target.panels[0].beam->bending_stiffness_y.reset();
   EXPECT_THAT(panel_fault(target), HasSubstr("panel 'wing': a beam needs"));
 }
@@ -254,6 +260,7 @@ TEST(BeamFault, SaysWhatIsWrong) {
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->section_y = Vector3d{0, 2, 0}; }), HasSubstr("along the beam"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->rotary_inertia = 0; }), HasSubstr("needs rotary_inertia"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length.reset(); }), HasSubstr("must be its middle"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->from = {0.1, -0.3, 0}; }), HasSubstr("before the link's joint"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base is no beam"));
   JointDescription joint;
   joint.type = JointType::revolute;

@@ -10,6 +10,7 @@ export function rolesOf(scene: Scene): Map<string, string> {
   for (const body of scene.bodies) {
     if (body.kind === "base") roles.set(body.name, "base");
     else if (body.kind === "target") roles.set(body.name, `target ${targets++}`);
+    else if (body.kind === "part") roles.set(body.name, roles.get(body.parent ?? "") ?? `target ${targets}`);
     else {
       const parent = roles.get(body.parent ?? "");
       roles.set(body.name, parent?.startsWith("arm") ? parent : `arm ${arms++}`);

@@ -56,13 +56,13 @@ export const kSceneScenario: FieldNote[] = [
 export interface SceneBody {
   /** unique among base and links, and among targets; a target may be called like a link */
   name: string;
-  /** `base`, `link`, `target` */
+  /** `base`, `link`, `target`, `part` (of a target: a panel, or a piece of one) */
   kind: string;
-  /** of links: base or an earlier link; else null */
+  /** of links: base or an earlier link; of parts: their target; else null */
   parent: string | null;
   /** of links; else null */
   joint: SceneJoint | null;
-  /** its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME`, `targets/NAME` */
+  /** its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (of parts too), `targets/NAME` */
   series: string;
   /** of the body [kg] */
   mass: number;
@@ -75,10 +75,10 @@ export interface SceneBody {
 }
 export const kSceneBody: FieldNote[] = [
   ["name","","unique among base and links, and among targets; a target may be called like a link"],
-  ["kind","","`base`, `link`, `target`"],
-  ["parent","","of links: base or an earlier link; else null"],
+  ["kind","","`base`, `link`, `target`, `part` (of a target: a panel, or a piece of one)"],
+  ["parent","","of links: base or an earlier link; of parts: their target; else null"],
   ["joint","","of links; else null"],
-  ["series","","its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME`, `targets/NAME`"],
+  ["series","","its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (of parts too), `targets/NAME`"],
   ["mass","kg","of the body"],
   ["com","m","centre of mass in its frame"],
   ["inertia","kg m^2","xx, yy, zz, xy, xz, yz about the centre of mass, its axes"],

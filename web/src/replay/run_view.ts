@@ -147,7 +147,7 @@ export class RunView {
 
   private addMarkers(): void {
     for (const view of this.bodies) {
-      if (view.body.kind === "link") continue;
+      if (view.body.kind === "link" || view.body.kind === "part") continue;
       const axes = attitudeAxes(0.9 * view.radius, this.paints);
       this.axes.push(axes);
       view.object.add(axes);
@@ -172,7 +172,7 @@ export class RunView {
 
   private addNames(): void {
     for (const view of this.bodies) {
-      if (view.body.kind === "link") continue;
+      if (view.body.kind === "link" || view.body.kind === "part") continue;
       this.names.push({ label: this.labels.add("system", view.body.name), at: () => centreOf(view) });
     }
     for (const end of this.scene.end_effectors) {

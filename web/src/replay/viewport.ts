@@ -246,7 +246,7 @@ export class Viewport {
     const ends = first.endPoints();
     const bodies = first.bodies.filter((b) => b.track);
     const seen = impact && impact.grasps.length > 0 ? impact.grasps.map((g) => new Vector3(...g.point)) : ends;
-    const apart = [...ends, ...bodies.filter((b) => b.body.kind !== "link").map((b) => b.object.position.clone())];
+    const apart = [...ends, ...bodies.filter((b) => b.body.kind !== "link" && b.body.kind !== "part").map((b) => b.object.position.clone())];
     return goodDirection({ apart, seen, bodies: bodies.map((b) => b.object), span: first.span }, this.planar);
   }
 
