@@ -20,7 +20,7 @@ void print_list(ReadyMade::Kind kind, const char* head) {
   to_stdout("{}\n", head);
   for (const ReadyMade& one : ready_made(kind)) {
     if (one.name == "campaign-scenario") continue;  // comes with the campaign
-    to_stdout("  {:<30}{}\n", one.name, one.description());
+    to_stdout("  {:<32}{}\n", one.name, one.description());
   }
 }
 

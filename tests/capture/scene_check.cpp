@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel::testing {
 namespace {
@@ -66,7 +67,13 @@ SceneDeviation scene_deviation(const CaptureResult& result) {
 
 void expect_complete_scene(const CaptureResult& result, const CaptureProblem& problem) {
   const Scene& scene = result.scene;
-  ASSERT_EQ(scene.bodies.size(), problem.robot.bodies.size() + problem.targets.size());
+  // Pieces of what bends are bodies of their own; what lies between two joints of one place is none.
+  std::vector<BodyDescription> bodies = flexible_robot(problem.robot).bodies;
+  for (const TargetSetup& t : problem.targets) {
+    for (BodyDescription& body : target_bodies(t).bodies) bodies.push_back(std::move(body));
+  }
+  ASSERT_EQ(static_cast<std::ptrdiff_t>(scene.bodies.size()),
+            std::ranges::count_if(bodies, [](const BodyDescription& b) { return !is_between_joints(b); }));
   EXPECT_EQ(scene.bodies[0].name, problem.robot.base);
   EXPECT_EQ(scene.bodies[0].kind, "base");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

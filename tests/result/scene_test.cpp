@@ -171,7 +171,7 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
   EXPECT_EQ(fault("/bodies/0", 3), "bodies[0]: not an object");
   EXPECT_EQ(fault("/bodies/0/kind", "link"), "bodies[0].kind: the first body is the base, and no other is");
   EXPECT_EQ(fault("/bodies/1/kind", "base"), "bodies[1].kind: the first body is the base, and no other is");
-  EXPECT_EQ(fault("/bodies/1/kind", "arm"), "bodies[1].kind: 'arm' is none of base, link, target");
+  EXPECT_EQ(fault("/bodies/1/kind", "arm"), "bodies[1].kind: 'arm' is none of base, link, target, part");
   EXPECT_EQ(fault("/bodies/2/kind", "link"), "bodies[2].parent: not a text");
   EXPECT_EQ(fault("/bodies/1/name", "bus"), "bodies[1].name: a second body 'bus'");
   EXPECT_EQ(fault("/bodies/1/parent", "nobody"), "bodies[1].parent: no body 'nobody' before this one");
