@@ -58,7 +58,8 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   const Model& model = system.model;
   std::vector<BodyShape> shapes;
   if (!problem.clearance.enabled) return {};
-  const RobotSetup robot = system.elastic_joints.empty() ? rigid_robot(problem.robot) : flexible_robot(problem.robot);
+  std::optional<RobotSetup> made;
+  const RobotSetup& robot = modelled_robot(problem.robot, !system.elastic_joints.empty(), made);
   for (const auto& [body, geometry] : robot.geometry) shapes.push_back({model.body_index(body), geometry});
   for (const TargetSetup& t : problem.targets) {
     const int body = model.body_index(target_body_name(t.name));

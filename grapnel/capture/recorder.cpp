@@ -28,7 +28,7 @@ std::vector<int> seen_bodies(const CaptureSystem& system) {
                                        [&](int f) { return system.model.frames()[f].body == i; });
     if (name.starts_with(target_body_name("")) && !is_target) bodies.push_back(i);
   }
-  std::erase_if(bodies, [&](int i) { return is_between_joints(system.model.bodies()[i].description); });
+  std::erase_if(bodies, [&](int i) { return is_unseen(system.model.bodies()[i].description); });
   return bodies;
 }
 

@@ -16,7 +16,8 @@ namespace {
 std::string clearance_not_checked(const CaptureProblem& problem) {
   if (!problem.clearance.enabled) return "switched off by clearance.enabled";
   std::vector<std::string> without;
-  const RobotSetup robot = rigid_robot(problem.robot);  // links, not their pieces
+  std::optional<RobotSetup> made;
+  const RobotSetup& robot = modelled_robot(problem.robot, false, made);  // links, not their pieces
   for (const BodyDescription& body : robot.bodies) {
     const auto is_its = [&](const auto& shape) { return shape.first == body.name; };
     if (std::none_of(robot.geometry.begin(), robot.geometry.end(), is_its)) without.push_back(body.name);

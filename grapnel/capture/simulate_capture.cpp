@@ -113,17 +113,18 @@ void place_bodies(const CaptureProblem& problem, const TargetPlan& targets, RunB
 // Frequencies at the start; refuses what would take days, since every vibration is followed.
 void look_at_vibrations(CaptureRun& run) {
   constexpr double kMostPeriods = 1e6;
-  ElasticReport report = elastic_report(run.bodies.system, run.bodies.state, "start", run.bodies.time);
+  const double fastest = fastest_vibration(run.bodies.system, run.bodies.state);
   const CaptureProblem& problem = run.problem;
   const double duration =
       (problem.approach ? problem.approach->duration : 0) + (problem.post_impact ? problem.post_impact->duration : 0);
-  if (report.fastest * duration > kMostPeriods) {
+  if (fastest * duration > kMostPeriods) {
     throw RunFailure(fmt::format(
         "what bends vibrates at up to {:.3g} Hz, {:.3g} periods in {:.6g} s, and each takes steps of its own; at most "
         "{:.0e} are followed: fewer segments, or nothing that bends where it is that stiff",
-        report.fastest, report.fastest * duration, duration, kMostPeriods));
+        fastest, fastest * duration, duration, kMostPeriods));
   }
-  if (run.detail == CaptureDetail::full) run.result.elastic.push_back(std::move(report));
+  if (run.detail == CaptureDetail::full)
+    run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "start", run.bodies.time));
 }
 
 // The targets' motion, where everything is at the start, and what the joints follow in the approach.

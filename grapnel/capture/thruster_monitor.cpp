@@ -43,7 +43,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   for (std::size_t i = 0; i < system.model.bodies().size(); ++i) {
     const int body = static_cast<int>(i);
     const BodyDescription& description = system.model.bodies()[i].description;
-    if (body == system.base || is_inside_base(description.name) || is_between_joints(description)) continue;
+    if (body == system.base || is_inside_base(description.name) || is_unseen(description)) continue;
     std::vector<Geometry> shapes = shapes_of(problem_.robot, description.name);
     for (const TargetSetup& target : problem_.targets) {
       if (target_body_name(target.name) == description.name) shapes = target.geometry;

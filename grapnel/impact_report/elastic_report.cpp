@@ -62,6 +62,11 @@ std::vector<std::size_t> counts_up_to(std::size_t all) {
 
 }  // namespace
 
+double fastest_vibration(const CaptureSystem& system, const State& state) {
+  const std::vector<ElasticMode> free = elastic_modes(system.model, state, {});
+  return free.empty() ? 0 : free.back().frequency;
+}
+
 ElasticReport elastic_report(const CaptureSystem& system, const State& state, std::string at, double time) {
   const Model& model = system.model;
   ElasticReport report;
@@ -70,9 +75,7 @@ ElasticReport elastic_report(const CaptureSystem& system, const State& state, st
   const auto held = elastic_modes(model, state, velocities_of(system, true, true));
   const auto braked = elastic_modes(model, state, velocities_of(system, false, true));
   const auto free = elastic_modes(model, state, {});
-  for (const auto* modes : {&held, &braked, &free}) {
-    if (!modes->empty()) report.fastest = std::max(report.fastest, modes->back().frequency);
-  }
+  report.fastest = free.empty() ? 0 : free.back().frequency;
   for (std::size_t i = 0; i < std::min(held.size(), kShown); ++i) {
     ElasticModeReport mode;
     mode.held = held[i].frequency, mode.damping_ratio = held[i].damping_ratio;
@@ -152,9 +155,11 @@ std::string describe_dependence_on_modes(const ImpactReport& report) {
   const double change = std::abs(all.impulses[worst] - none.impulses[worst]);
   if (!(largest > kNoImpulse && change > kMatters * largest)) return {};
   return fmt::format(
-      "the impulse of a plastic impact depends on how many modes bend, and converges to nothing but what hangs on the "
-      "last piece: at {} {:.4g} N s if nothing bends, {:.4g} with all {} modes (impact.by_modes of the summary); "
-      "impact.law: compliant, with the stiffness of what touches, converges",
+      "the impulse of a plastic impact depends on how many modes answer it, and does not converge with their number: "
+      "at "
+      "{} {:.4g} N s if nothing bends, {:.4g} with all {} modes (impact.by_modes of the summary); impact.law: "
+      "compliant, "
+      "with the stiffness of what touches, converges",
       report.grasps[worst].end_effector, none.impulses[worst], all.impulses[worst], all.modes);
 }
 

@@ -12,6 +12,10 @@ namespace grapnel {
 /// joints with springs.
 ElasticReport elastic_report(const CaptureSystem& system, const State& state, std::string at, double time);
 
+/// Frequency of its fastest mode, with base and joints free: nothing that is held makes one faster, since M* of (22.7)
+/// is then at its least [Hz].
+double fastest_vibration(const CaptureSystem& system, const State& state);
+
 /// Magnitudes of a plastic impact's impulses if only the n slowest modes of the robot could answer it, for n from 0 to
 /// all, with base and joints as they are in the impact. With n modes D: velocities v+ = v- + T z, T of what is free of
 /// springs and of D, and (7.5) with T^T M T and J T, (22.8). Components that closed loops leave open are the least ones

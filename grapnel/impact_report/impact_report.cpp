@@ -66,8 +66,7 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
     // A wheel or gimbal is no joint of the robot's; its bearing's impulse reaches the base all the same.
-    if (!is_inside_base(body.description.name) && !is_made_of_flexibility(body.description))
-      report.joints.push_back(joint);
+    if (!is_inside_base(body.description.name) && !is_elastic_part(body.description)) report.joints.push_back(joint);
     if (body.parent == system.base) {
       // The joint acts on the base with the opposite; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);

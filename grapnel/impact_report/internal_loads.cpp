@@ -79,7 +79,7 @@ std::vector<int> carried_bodies(const CaptureSystem& system) {
 
 std::vector<int> loaded_bodies(const CaptureSystem& system) {
   std::vector<int> bodies = carried_bodies(system);
-  std::erase_if(bodies, [&](int i) { return is_made_of_flexibility(system.model.bodies()[i].description); });
+  std::erase_if(bodies, [&](int i) { return is_elastic_part(system.model.bodies()[i].description); });
   return bodies;
 }
 

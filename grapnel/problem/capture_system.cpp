@@ -393,11 +393,6 @@ void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
   }
 }
 
-// The robot as its model has it: with what yields and turns inside it, or without.
-RobotSetup modelled(const CaptureProblem& problem, bool moving) {
-  return moving ? flexible_robot(problem.robot) : rigid_robot(problem.robot);
-}
-
 ModelBuilder servicer_builder(const CaptureProblem& problem, const RobotSetup& robot, bool with_wheels) {
   ModelBuilder builder;
   for (BodyDescription body : robot.bodies) {
@@ -489,12 +484,14 @@ bool is_inside_base(const std::string& body_name) {
 }
 
 CaptureSystem make_servicer(const CaptureProblem& problem) {
-  const RobotSetup robot = modelled(problem, false);
+  std::optional<RobotSetup> made;
+  const RobotSetup& robot = modelled_robot(problem.robot, false, made);
   return index(problem, robot, servicer_builder(problem, robot, false).build(), false);
 }
 
 CaptureSystem make_moving_servicer(const CaptureProblem& problem) {
-  const RobotSetup robot = modelled(problem, true);
+  std::optional<RobotSetup> made;
+  const RobotSetup& robot = modelled_robot(problem.robot, true, made);
   return index(problem, robot, servicer_builder(problem, robot, true).build(), false);
 }
 
@@ -529,7 +526,8 @@ std::string wheel_fault(const RobotSetup& robot) {
 }
 
 CaptureSystem make_capture_system(const CaptureProblem& problem) {
-  const RobotSetup robot = modelled(problem, true);
+  std::optional<RobotSetup> made;
+  const RobotSetup& robot = modelled_robot(problem.robot, true, made);
   ModelBuilder builder = servicer_builder(problem, robot, true);
   for (const TargetSetup& t : problem.targets) {
     for (BodyDescription& body : target_bodies(t).bodies) builder.add(std::move(body));

@@ -476,8 +476,18 @@ RobotSetup rigid_robot(const RobotSetup& robot) {
   return rigid;
 }
 
-bool is_made_of_flexibility(const BodyDescription& body) {
+bool is_elastic_part(const BodyDescription& body) {
   return yields(body.joint) && (body.is_part || body.joint.name.starts_with(kGear));
+}
+
+bool is_unseen(const BodyDescription& body) {
+  const Symmetric3d& I = body.inertia;
+  return body.is_part && (body.mass == 0 || (I.xx == 0 && I.yy == 0 && I.zz == 0));
+}
+
+const RobotSetup& modelled_robot(const RobotSetup& robot, bool moving, std::optional<RobotSetup>& made) {
+  if (!is_flexible(robot)) return robot;
+  return made.emplace(moving ? flexible_robot(robot) : rigid_robot(robot));
 }
 
 CaptureProblem rigid_problem(CaptureProblem problem) {
@@ -514,8 +524,7 @@ std::vector<int> pieces_of(const Model& model, const std::string& link) {
   std::vector<int> pieces{model.body_index(link)};
   for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
     const BodyDescription& body = model.bodies()[i].description;
-    if (body.is_part && body.name != link && !is_between_joints(body) && link_of_piece(body) == link)
-      pieces.push_back(i);
+    if (body.is_part && body.name != link && !is_unseen(body) && link_of_piece(body) == link) pieces.push_back(i);
   }
   return pieces;
 }

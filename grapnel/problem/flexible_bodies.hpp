@@ -6,6 +6,7 @@
 /// of a robot here, once, so that all of dynamics, constraints and impacts are those of rigid bodies; (22.1) to (22.6)
 /// of docs/theory.md.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,10 @@ RobotSetup flexible_robot(const RobotSetup& robot);
 
 /// The robot with everything that yields held where it is at rest: what plans its joints' motion.
 RobotSetup rigid_robot(const RobotSetup& robot);
+
+/// The robot as a model has it: with what yields (`moving`: flexible_robot()) or without (rigid_robot()). Where nothing
+/// does it is the robot itself, of which no copy is made; else it is in `made`.
+const RobotSetup& modelled_robot(const RobotSetup& robot, bool moving, std::optional<RobotSetup>& made);
 
 /// The problem with rigid_robot().
 CaptureProblem rigid_problem(CaptureProblem problem);
@@ -64,9 +69,9 @@ std::string modes_fault(const BodyDescription& link);
 std::string gear_fault(const JointDescription& joint);
 
 /// Whether a body of flexible_robot() is on a joint that stands for bending or a gear, and is no joint of the robot.
-bool is_made_of_flexibility(const BodyDescription& body);
-/// Whether it is nothing that can be seen: what lies between two joints of one place.
-inline bool is_between_joints(const BodyDescription& body) { return body.is_part && body.mass == 0; }
+bool is_elastic_part(const BodyDescription& body);
+/// Whether it is nothing that can be seen: what lies between two joints of one place, or the mass of a mode.
+bool is_unseen(const BodyDescription& body);
 
 /// Whether a joint of a model yields and is not driven.
 inline bool yields(const JointDescription& joint) { return joint.spring.has_value(); }

@@ -60,7 +60,7 @@ class SceneBuilder {
   }
 
   void add_robot_body(const BodyDescription& description) {
-    if (is_between_joints(description)) return;
+    if (is_unseen(description)) return;
     const bool base = description.name == problem_.robot.base;
     SceneBody body;
     body.name = description.name;
@@ -70,7 +70,7 @@ class SceneBuilder {
       // On the joint of its own, or on the first of several at one place.
       const BodyDescription* carried = &description;
       Posed X_PF = description.X_PF;
-      for (const BodyDescription* below = body_named(carried->parent); below && is_between_joints(*below);
+      for (const BodyDescription* below = body_named(carried->parent); below && is_unseen(*below);
            below = body_named(carried->parent)) {
         carried = below, X_PF = below->X_PF * X_PF;
       }
@@ -108,7 +108,7 @@ class SceneBuilder {
     const std::size_t prefix = target_body_name("").size();
     for (std::size_t i = 1; i < all.bodies.size(); ++i) {
       const BodyDescription& piece = all.bodies[i];
-      if (is_between_joints(piece)) continue;
+      if (is_unseen(piece)) continue;
       SceneBody body;
       body.name = piece.name.substr(prefix);
       body.kind = "part";

@@ -73,7 +73,7 @@ void expect_complete_scene(const CaptureResult& result, const CaptureProblem& pr
     for (BodyDescription& body : target_bodies(t).bodies) bodies.push_back(std::move(body));
   }
   ASSERT_EQ(static_cast<std::ptrdiff_t>(scene.bodies.size()),
-            std::ranges::count_if(bodies, [](const BodyDescription& b) { return !is_between_joints(b); }));
+            std::ranges::count_if(bodies, [](const BodyDescription& b) { return !is_unseen(b); }));
   EXPECT_EQ(scene.bodies[0].name, problem.robot.base);
   EXPECT_EQ(scene.bodies[0].kind, "base");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

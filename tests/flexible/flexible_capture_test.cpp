@@ -64,8 +64,8 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
     EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
   }
   EXPECT_TRUE(none.impact->held_joints.empty());  // pieces are no joints that anybody drives
-  EXPECT_TRUE(warns(r, "depends on how many modes bend"));
-  EXPECT_FALSE(warns(none, "depends on how many modes bend"));
+  EXPECT_TRUE(warns(r, "depends on how many modes answer it"));
+  EXPECT_FALSE(warns(none, "depends on how many modes answer it"));
 }
 
 // The stiffer the links the nearer is everything to the thesis's rigid robot, with nothing that answers the impact.
