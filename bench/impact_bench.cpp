@@ -20,12 +20,12 @@ struct ImpactWorkload {
   Workload base;
   std::vector<std::vector<Grasp>> grasps;  // per state
 };
-using Shared = std::shared_ptr<const ImpactWorkload>;
+using SharedImpact = std::shared_ptr<const ImpactWorkload>;
 
 std::string target_name(int i) { return "target" + std::to_string(i); }
 
 // The robot with free targets, each grasped rigidly by the ends of its arms: every arm has its own, or all have one.
-Shared make_impacts(const std::string& name, int arms, int joints, bool alternate, bool own_targets) {
+SharedImpact make_impacts(const std::string& name, int arms, int joints, bool alternate, bool own_targets) {
   ModelBuilder builder = describe_robot(arms, joints, alternate);
   for (int i = 0; i < (own_targets ? arms : 1); ++i) {
     BodyDescription target;
@@ -75,7 +75,7 @@ void check(const ImpactWorkload& impacts) {
   }
 }
 
-void add_solve(const Shared& impacts) {
+void add_solve(const SharedImpact& impacts) {
   check(*impacts);
   benchmark::RegisterBenchmark(("plastic_solve/" + impacts->base.name).c_str(), [impacts](benchmark::State& timer) {
     ImpactSolver solver(impacts->base.model, impacts->grasps[0]);
@@ -90,7 +90,7 @@ void add_solve(const Shared& impacts) {
   });
 }
 
-void add_plastic_impact(const Shared& impacts) {
+void add_plastic_impact(const SharedImpact& impacts) {
   benchmark::RegisterBenchmark(("plastic_impact/" + impacts->base.name).c_str(), [impacts](benchmark::State& timer) {
     int i = 0;
     for (auto _ : timer) {
@@ -103,9 +103,10 @@ void add_plastic_impact(const Shared& impacts) {
 }  // namespace
 
 void register_impacts() {
-  for (const Shared& impacts : {make_impacts("a+2targets", 2, 3, false, true),
-                                make_impacts("b+2targets", 2, 7, true, true), make_impacts("2x7", 2, 7, true, false),
-                                make_impacts("3x7", 3, 7, true, false), make_impacts("6x7", 6, 7, true, false)}) {
+  for (const SharedImpact& impacts :
+       {make_impacts("a+2targets", 2, 3, false, true), make_impacts("b+2targets", 2, 7, true, true),
+        make_impacts("2x7", 2, 7, true, false), make_impacts("3x7", 3, 7, true, false),
+        make_impacts("6x7", 6, 7, true, false)}) {
     add_solve(impacts);
     add_plastic_impact(impacts);
   }

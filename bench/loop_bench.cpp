@@ -12,9 +12,9 @@
 namespace grapnel::bench {
 namespace {
 
-using Shared = std::shared_ptr<const LoopWorkload>;
+using SharedLoops = std::shared_ptr<const LoopWorkload>;
 
-void add_loops(const Shared& loops) {
+void add_loops(const SharedLoops& loops) {
   benchmark::RegisterBenchmark(("loop_dynamics/" + loops->base.name).c_str(), [loops](benchmark::State& timer) {
     const Workload& w = loops->base;
     LoopSolver solver(w.model, loops->closures);

@@ -19,7 +19,7 @@ namespace {
 using ModelPointer = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
 
 // MuJoCo reads models from files, real or virtual.
-ModelPointer load(const std::string& xml) {
+ModelPointer load_capture(const std::string& xml) {
   auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
   const char* name = "robot.xml";
@@ -55,7 +55,7 @@ void control(const mjModel*, mjData* data) {
 class Phase {
  public:
   explicit Phase(const Model& model)
-      : grapnel_(model), model_(load(testing::mjcf(model))), data_(mj_makeData(model_.get()), mj_deleteData) {
+      : grapnel_(model), model_(load_capture(testing::mjcf(model))), data_(mj_makeData(model_.get()), mj_deleteData) {
     model_->opt.integrator = mjINT_RK4;
     // Actuation stays on: it calls the controller.
     model_->opt.disableflags |=
@@ -133,9 +133,9 @@ class Phase {
 };
 
 // Both phases at one step.
-class Peer {
+class CapturePeer {
  public:
-  Peer(const CaptureWorkload& workload, double step)
+  CapturePeer(const CaptureWorkload& workload, double step)
       : before_(workload.problem.approach->duration),
         after_(workload.problem.post_impact->duration),
         step_(step),
@@ -168,10 +168,10 @@ class Peer {
 void register_mujoco_capture() {
   mjcb_control = control;
   const CaptureWorkload workload = thesis_capture();
-  std::shared_ptr<Peer> peer;
+  std::shared_ptr<CapturePeer> peer;
   // Steps that both phases are whole multiples of, each some 5 % shorter than the one before.
   for (int steps = 400; steps < 20000; steps += steps / 20) {
-    peer = std::make_shared<Peer>(workload, 10.0 / steps);
+    peer = std::make_shared<CapturePeer>(workload, 10.0 / steps);
     if (peer->error() <= kEndError) {
       fmt::print(stderr, "mujoco:capture/thesis1: step {:.4g} s, end-state error {:.2g}\n", 10.0 / steps,
                  peer->error());

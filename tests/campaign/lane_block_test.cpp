@@ -175,6 +175,7 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
 // Both arms, or three, hold one target: loops are closed, in the plane (where rows are redundant) and in space, after
 // an impact at once or a second one later, with joints free, driven or braked.
 TEST(LaneBlock, ClosedLoopsAreInLanes) {
+  SKIP_UNDER_SANITIZERS();
   const std::vector<Varied> scenarios{
       {"thesis/closed-loop", {}, 9, 3e-8},
       {"thesis/closed-loop-published-angles", {{"post_impact.duration", "20"}}, 5, 3e-8},

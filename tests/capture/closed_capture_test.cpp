@@ -9,6 +9,7 @@
 #include "capture/loop_case.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace closed_capture_test {
@@ -292,6 +293,7 @@ TEST(PublishedAngles, RunOnUntilTheArmsAreStretchedAndSaysSo) {
 }
 
 TEST(PublishedAngles, BaumgarteBoundsDefectsButLargerOnes) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult closed = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::projection, 50));
   const CaptureResult fed = simulate_capture(published(Law::published, IntegrationSetup::Loops::baumgarte, 50));
   ASSERT_EQ(fed.status, CaptureStatus::completed) << fed.failure;
@@ -308,6 +310,7 @@ TEST(PublishedAngles, BaumgarteBoundsDefectsButLargerOnes) {
 // --- In space
 
 TEST(ClosedLoops, StayClosedAndKeepTheBooks) {
+  SKIP_UNDER_SANITIZERS();
   struct Case {
     LoopOptions options;
     int index;

@@ -241,6 +241,7 @@ double energy_of_impulses(const CaptureProblem& p, const CaptureResult& r) {
 }
 
 TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
+  SKIP_UNDER_SANITIZERS();
   for (const ImpactSetup::Joints joints :
        {ImpactSetup::Joints::free, ImpactSetup::Joints::braked, ImpactSetup::Joints::driven}) {
     SCOPED_TRACE(static_cast<int>(joints));

@@ -147,6 +147,7 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
 // Without noise a reading is off by its bias alone, in the axes of what is read; a random walk of rates over the root
 // of the sample time.
 TEST(Sensors, BiasesAndRandomWalksAreWhatIsRead) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(5);
   p.sensors.emplace();
   p.sensors->joints.emplace();

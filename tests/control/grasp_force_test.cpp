@@ -8,6 +8,7 @@
 
 #include "control/arm_case.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace grasp_force_test {
@@ -139,6 +140,7 @@ Flown fly(const TwoArms& t, const GraspForceLaw& law) {
 }
 
 TEST(GraspForce, StepsLeaveTheMotionAndTheGrasp) {
+  SKIP_UNDER_SANITIZERS();
   constexpr double kForce = 40;
   for (int joints : {6, 7}) {
     SCOPED_TRACE(joints);

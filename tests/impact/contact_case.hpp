@@ -41,8 +41,8 @@ struct Lump {
 /// Bodies by themselves, indices in the order given.
 ContactCase lumps(const std::vector<Lump>& bodies);
 
-/// The laws that Stronge's hypothesis keeps, on every `stride`-th random case below `end`.
-void check_stronge(int end, int stride);
+/// The laws that Stronge's hypothesis keeps, on every `stride`-th random case from `begin` on, below `end`.
+void check_stronge(int begin, int end, int stride);
 
 double kinetic_energy_of(const ContactCase& c, const std::vector<double>& velocity);
 inline State with_rates(State state, const std::vector<double>& v) {

@@ -18,7 +18,7 @@ namespace pack_test {
 
 using namespace testing;
 
-const PackChecks& checks(InstructionSet set) {
+const PackChecks& checks([[maybe_unused]] InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
   if (set == InstructionSet::sse2) return pack_checks_sse2;
   if (set == InstructionSet::avx2) return pack_checks_avx2;

@@ -12,7 +12,7 @@ namespace {
 
 const Vector3d kVertical{0, 0, 1};
 
-class Writer {
+class LoopWriter {
  public:
   std::string scenario() {
     planar_ = percent(50);
@@ -147,7 +147,7 @@ class Writer {
 }  // namespace
 
 rc::Gen<ScenarioText> closed_loop_text() {
-  return rc::gen::exec([] { return ScenarioText{Writer().scenario()}; });
+  return rc::gen::exec([] { return ScenarioText{LoopWriter().scenario()}; });
 }
 
 }  // namespace grapnel::testing

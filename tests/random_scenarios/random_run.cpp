@@ -70,7 +70,7 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
   });
 }
 
-void expect_finite(const CaptureResult& result) {
+void require_finite(const CaptureResult& result) {
   for (const Series& series : result.series.series) {
     if (series.path.starts_with("joints/reference_")) continue;  // NaN where joints follow nothing
     // NaN where a grasp does not hold, or closes no loop, and what joints pass on at impacts, which take no time.
@@ -92,7 +92,7 @@ void expect_finite(const CaptureResult& result) {
     RC_FAIL("the summary is not as its schema says: " + fault);
 }
 
-void expect_same(const CaptureResult& a, const CaptureResult& b) {
+void require_same(const CaptureResult& a, const CaptureResult& b) {
   RC_ASSERT(summary_json(a, "test") == summary_json(b, "test"));
   RC_ASSERT(a.series.series.size() == b.series.series.size());
   for (std::size_t i = 0; i < a.series.series.size(); ++i) {

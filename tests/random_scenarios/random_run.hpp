@@ -27,8 +27,8 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
 
 /// RC_FAILs where a series or the summary is not finite, except where NaN says that there is nothing (a joint that
 /// follows no reference, a grasp that does not hold or closes no loop).
-void expect_finite(const CaptureResult& result);
+void require_finite(const CaptureResult& result);
 /// RC_FAILs where two results differ in a bit of their series or a character of their summaries.
-void expect_same(const CaptureResult& a, const CaptureResult& b);
+void require_same(const CaptureResult& a, const CaptureResult& b);
 
 }  // namespace grapnel::testing

@@ -97,8 +97,8 @@ void check(const std::filesystem::path& file) {
     RC_ASSERT(result.status == CaptureStatus::failed);
     RC_ASSERT(result.failure.size() > 10u);
   }
-  expect_finite(result);
-  expect_same(result, simulate_capture(problem));
+  require_finite(result);
+  require_same(result, simulate_capture(problem));
 }
 
 TEST(RandomScenarios, RunAndKeepTheirLedger) {

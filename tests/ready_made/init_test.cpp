@@ -35,6 +35,7 @@ TEST_F(Init, WritesScenariosThatRun) {
 }
 
 TEST_F(Init, WritesACampaignWithItsScenario) {
+  SKIP_UNDER_SANITIZERS();
   ASSERT_EQ(run("init campaign -o mine.yaml").code, 0);
   EXPECT_THAT(read_text(folder_ / "mine.yaml"), HasSubstr("\nscenario: mine-scenario.yaml\n"));
   EXPECT_THAT(read_text(folder_ / "mine.yaml"), HasSubstr("grapnel campaign mine.yaml --only 7"));

@@ -11,10 +11,12 @@
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace ready_made_test {
@@ -133,6 +135,7 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
   for (const std::string& name : names(Kind::robots)) {
     CaptureProblem alone;
     alone.robot = load_robot(name);
+    if (test::kSanitized && is_flexible(alone.robot)) continue;  // minutes; tests/flexible has shorter flights
     const CaptureSystem system = make_servicer(alone);
     std::vector<double> begin;
     State there = zero_state(system.model);

@@ -1,6 +1,7 @@
 // Decimation: whatever the series, what is left out is as near as is said.
 
 #include "grapnel/report/series_table.hpp"
+#include "support/sanitizers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -211,6 +212,7 @@ TEST(Decimate, FewAndNoSamples) {
 }
 
 TEST(Decimate, AMillionSamplesBecomeFew) {
+  SKIP_UNDER_SANITIZERS();
   // Forty components, half of them noisy: linear in the number of samples, or this would not end.
   constexpr std::size_t kSamples = 1'000'000;
   TimeSeries s = over_unit_time(kSamples, [](double t) { return std::sin(300 * t); });

@@ -12,6 +12,7 @@
 #include "grapnel/report/report_data.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "result/sample_result.hpp"
+#include "support/sanitizers.hpp"
 #include "support/schema_check.hpp"
 
 namespace grapnel {
@@ -171,6 +172,7 @@ TEST_F(StudyReport, NoDamageIsFatal) {
 }
 
 TEST_F(StudyReport, ATableTooLargeForAPageIsSaid) {
+  SKIP_UNDER_SANITIZERS();
   Table t = table();
   t.study.design[0].values.assign(1'000'000, {0.5, ""});
   t.rows.clear();

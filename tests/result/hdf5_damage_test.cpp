@@ -9,6 +9,7 @@
 #include "grapnel/result/hdf5_reader.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "result/sample_result.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace hdf5_damage_test {
@@ -35,7 +36,7 @@ class DamagedHdf5 : public testing::Test {
 };
 
 TEST_F(DamagedHdf5, CutAtAnyLengthIsAnError) {
-  const std::size_t step = bytes_.size() / 1000 + 1;
+  const std::size_t step = bytes_.size() / static_cast<std::size_t>(test::repetitions(1000)) + 1;
   for (std::size_t length = 0; length < bytes_.size(); length += length < 200 ? 1 : step) {
     if (length == bytes_.size() - 16) continue;  // all but the checksum: below
     put_bytes(path_, bytes_.substr(0, length));
@@ -62,7 +63,7 @@ TEST_F(DamagedHdf5, GarbageIsAnError) {
 
 TEST_F(DamagedHdf5, ZeroedBlocksAreNoticed) {
   // What a lost page leaves. Without the checksum HDF5 1.10 loops without end on some of these.
-  constexpr std::size_t kBlock = 512;
+  constexpr std::size_t kBlock = test::kSanitized ? 4096 : 512;
   for (std::size_t begin = 0; begin < bytes_.size(); begin += kBlock) {
     const std::size_t size = std::min(kBlock, bytes_.size() - begin);
     std::string damaged = bytes_;
@@ -75,7 +76,7 @@ TEST_F(DamagedHdf5, ZeroedBlocksAreNoticed) {
 
 TEST_F(DamagedHdf5, ChangedBytesAreNoticed) {
   std::mt19937 random(2);
-  for (int i = 0; i < 500; ++i) {
+  for (int i = 0; i < test::repetitions(500); ++i) {
     std::string damaged = bytes_;
     damaged[random() % damaged.size()] ^= static_cast<char>(1 + random() % 255);
     put_bytes(path_, damaged);

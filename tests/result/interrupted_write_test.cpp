@@ -15,6 +15,7 @@
 #include "grapnel/result/hdf5_writer.hpp"
 #include "grapnel/result/series_export.hpp"
 #include "result/sample_result.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace interrupted_write_test {
@@ -83,7 +84,7 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder / "timeseries.h5";
   const TimeSeries series[2] = {sample_series(3000), sample_series(4000)};
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < test::repetitions(60); ++round) {
     int done[2];  // the child says when a file is written
     ASSERT_EQ(::pipe(done), 0);
     const pid_t child = ::fork();

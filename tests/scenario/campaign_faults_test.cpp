@@ -4,6 +4,7 @@
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace campaign_faults_test {
@@ -272,7 +273,8 @@ TEST(CampaignFaults, OfADesignWithoutEffect) {
                             asks)));
   EXPECT_THAT(with(value, labelled), ElementsAre(HasSubstr("design[0] varies 'a', but uncertain[0]" + asks)));
   EXPECT_THAT(with("{path: targets.target-1.mass, uniform: {from: 9, to: 11}}",
-                   "  - {path: 'targets[0].mass', from: 8, to: 12, count: 1000000}\n"),
+                   "  - {path: 'targets[0].mass', from: 8, to: 12, count: " +
+                       std::string(test::kSanitized ? "10000" : "1000000") + "}\n"),
               ElementsAre(HasSubstr(asks)));
   // A factor is on the design's value, the rest of a vector stays, and a plan is for what the design says.
   EXPECT_THAT(with("{path: targets.target-1.mass, as: factor, uniform: {from: 0.9, to: 1.1}}",

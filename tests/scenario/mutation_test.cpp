@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace mutation_test {
@@ -132,6 +133,7 @@ std::string rich_scenario() {
 }
 
 TEST(Mutation, OnlySuccessOrInputError) {
+  SKIP_UNDER_SANITIZERS();  // and the fuzzer damages files there
   const TemporaryFolder folder;
   Random random(seed());
   std::vector<std::string> originals{kSmallScenario, rich_scenario()};
@@ -162,6 +164,7 @@ TEST(Mutation, OnlySuccessOrInputError) {
 }
 
 TEST(Mutation, OverridesToo) {
+  SKIP_UNDER_SANITIZERS();  // and the fuzzer damages them there
   const TemporaryFolder folder;
   const auto path = folder.write("scenario.yaml", kSmallScenario);
   Random random(seed());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace robot_faults_test {
@@ -169,6 +170,7 @@ TEST(RobotFaults, AHangerOnACycleIsNotAtFault) {
 }
 
 TEST(RobotFaults, LargeRobotsAreCheckedQuickly) {
+  SKIP_UNDER_SANITIZERS();
   // A chain given from its end, and the same closed to a ring.
   const auto chain = [](int count, const std::string& first_parent) {
     std::string text = "base: {mass: 1, inertia: [1, 1, 1]}\nlinks:\n";

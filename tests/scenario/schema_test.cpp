@@ -8,6 +8,7 @@
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 #include "support/schema_check.hpp"
 
 namespace grapnel::test {
@@ -52,6 +53,7 @@ bool accepts(const std::string& schema_text, const Json& document) {
 }
 
 TEST(Schema, AcceptsEveryShippedFile) {
+  SKIP_UNDER_SANITIZERS();
   for (const auto& path : shipped_robots()) {
     EXPECT_TRUE(accepts(robot_schema(), json_of(bytes_of(path)))) << path;
   }
@@ -62,6 +64,7 @@ TEST(Schema, AcceptsEveryShippedFile) {
 
 // Structural faults: what a schema can express, an editor with the schema shows as the reader does.
 TEST(Schema, RefusesWhatTheReaderRefuses) {
+  SKIP_UNDER_SANITIZERS();
   const std::vector<std::pair<std::string, std::string>> edits{
       {"name: test", "nam: test"},
       {"name: test", "schema: grapnel-scenario/2\nname: test"},

@@ -11,6 +11,7 @@
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace shapes_test {
@@ -179,6 +180,7 @@ TEST(Shapes, MeshesOfAListAreReadAndMoved) {
 
 // Pairs of shapes grow with the square of their number.
 TEST(Shapes, ThereIsALimitToTheirNumber) {
+  SKIP_UNDER_SANITIZERS();
   const auto many = [](std::size_t count) {
     std::string list = "[";
     for (std::size_t i = 0; i < count; ++i) list += (i == 0 ? "" : ", ") + std::string("{shape: sphere, radius: 1}");
