@@ -106,6 +106,33 @@ struct JointDescription {
   Vector3d rotor_momentum() const { return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero(); }
 };
 
+/// Material of a beam: isotropic and linear.
+struct BeamMaterial {
+  double young_modulus = 0;  // E [Pa]
+  double shear_modulus = 0;  // G [Pa]
+  double density = 0;        // [kg/m^3]
+};
+
+/// Shape of a beam's section: a circle, or a rectangle along its principal axes; solid, or hollow with walls of one
+/// thickness.
+struct BeamSection {
+  std::optional<double> diameter = {};        // outer, of a circle [m]
+  std::optional<double> width = {};           // outer, of a rectangle along y [m]
+  std::optional<double> height = {};          // likewise along z [m]
+  std::optional<double> wall_thickness = {};  // absent: solid [m]
+};
+
+/// A beam at one place of its length. What a station does not state is the beam's own all along it.
+struct BeamStation {
+  double at = 0;  // from the beam's beginning [m]
+  std::optional<double> mass_per_length = {};
+  std::optional<double> rotary_inertia = {};
+  std::optional<double> bending_stiffness_y = {};
+  std::optional<double> bending_stiffness_z = {};
+  std::optional<double> torsional_stiffness = {};
+  std::optional<BeamSection> section = {};
+};
+
 /// A straight beam within a body, along which the body bends and twists (flexible_robot() makes pieces on springs of
 /// it; a Model takes it for rigid). x: along the beam; y and z: principal axes of its section. What of the body is
 /// before its beginning moves with that, what is beyond its end with the end.
@@ -119,8 +146,11 @@ struct BeamDescription {
   std::optional<double> bending_stiffness_y = {};  // E I about y; absent: rigid [N m^2]
   std::optional<double> bending_stiffness_z = {};  // E I about z; absent: rigid [N m^2]
   std::optional<double> torsional_stiffness = {};  // G J; absent: rigid [N m^2]
-  double damping_ratio = 0;                        // of its first mode of each kind, clamped at `from`, by itself
-  int segments = 4;                                // equal lengths, each of which yields at its two Gauss points
+  std::optional<BeamMaterial> material = {};       // with sections, in place of the five above
+  std::optional<BeamSection> section = {};         // all along it
+  std::vector<BeamStation> stations = {};  // from end to end: numbers, or sizes of sections, are linear between them
+  double damping_ratio = 0;                // of its first mode of each kind, clamped at `from`, by itself
+  int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
 };
 
 /// A mode of vibration of what is clamped at a body's frame, as makers of solar panels state it: with the mode's

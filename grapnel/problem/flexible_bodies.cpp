@@ -8,130 +8,20 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "grapnel/problem/beam.hpp"
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
 namespace {
 
-// What is left of a link beside its beam may be this much of the link's own, of either sign, and is nothing then.
-constexpr double kNothing = 1e-9;
+// What is left of the inertia of a link that is nothing but its beam may be this much of the link's own, of either
+// sign, and is nothing then: numbers in files have some six digits.
+constexpr double kNothing = 1e-6;
 
 constexpr double kPitch = 1e-6;  // of a mode's rotation, along its translation
 
 constexpr const char* kDrive = "drive:";  // and a link's name: what its motor turns
 constexpr const char* kGear = "gear:";    // and a joint's name: the spring between
-
-// First roots of 1 + cos b cosh b and of cos b: a beam clamped at one end, bending and twisting.
-constexpr double kFirstBending = 1.8751040687119611, kFirstTorsion = 0.5 * std::numbers::pi;
-
-// --- A beam's geometry ---
-
-class Beam {
- public:
-  explicit Beam(const BodyDescription& link) : setup_(*link.beam) {
-    const Vector3d along = setup_.to - setup_.from;
-    length_ = norm(along);
-    x_ = (1 / length_) * along;
-    const bool along_y = std::abs(x_[1]) > 0.9;
-    const Vector3d side = setup_.section_y.value_or(along_y ? Vector3d{0, 0, 1} : Vector3d{0, 1, 0});
-    const Vector3d across = side - dot(side, x_) * x_;
-    y_ = (1 / norm(across)) * across;
-    z_ = cross(x_, y_);
-    mass_per_length_ = setup_.mass_per_length.value_or(link.mass / length_);
-  }
-
-  /// Places that yield: the two Gauss points of every segment, with half of its compliance each. Whatever smooth
-  /// function a beam's deflection is weighed with, its kinetic energy and what loads do to it, is then right to the
-  /// fourth order in the segments' length; in their middles it would be to the second (22.2).
-  int hinges() const { return 2 * setup_.segments; }
-  double length() const { return length_; }
-  double compliant_length() const { return length_ / hinges(); }
-  double hinge_at(int i) const {
-    static const double kGauss = 0.5 / std::sqrt(3.0);
-    const double segment = length_ / setup_.segments;
-    return (i / 2 + 0.5 + (i % 2 == 0 ? -kGauss : kGauss)) * segment;
-  }
-  double mass() const { return mass_per_length_ * length_; }
-  const Vector3d& x() const { return x_; }
-
-  /// Pieces 0 to hinges(): where they begin and end.
-  double begin(int piece) const { return piece == 0 ? 0 : hinge_at(piece - 1); }
-  double end(int piece) const { return piece == hinges() ? length_ : hinge_at(piece); }
-  Vector3d at(double s) const { return setup_.from + s * x_; }
-  /// On which piece a point of the link is.
-  int piece_of(const Vector3d& p) const {
-    const double s = dot(x_, p - setup_.from);
-    int piece = 0;
-    while (piece < hinges() && s >= end(piece)) ++piece;
-    return piece;
-  }
-  /// The piece's origin in the link's frame, undeformed: the link's own, or where it is hinged.
-  Vector3d origin(int piece) const { return piece == 0 ? Vector3d::zero() : at(begin(piece)); }
-
-  /// A slender rod of the beam's mass, about its middle, which is `at_middle` in the frame that is meant.
-  double piece_mass(int piece) const { return mass_per_length_ * (end(piece) - begin(piece)); }
-  Symmetric3d piece_inertia(int piece) const {
-    const double h = end(piece) - begin(piece), m = piece_mass(piece);
-    return about_axis(m * h * h / 12 + 0.5 * setup_.rotary_inertia * h, setup_.rotary_inertia * h);
-  }
-  Symmetric3d inertia() const {  // of the whole, about its middle
-    const double L = length_;
-    return about_axis(mass() * L * L / 12 + 0.5 * setup_.rotary_inertia * L, setup_.rotary_inertia * L);
-  }
-  /// The same across the beam in both directions, and along it.
-  Symmetric3d about_axis(double across, double along) const {
-    const double d = along - across;
-    const auto& x = x_;
-    return {across + d * x[0] * x[0], across + d * x[1] * x[1], across + d * x[2] * x[2],
-            d * x[0] * x[1],          d * x[0] * x[2],          d * x[1] * x[2]};
-  }
-
-  struct Hinge {
-    const char* name;
-    Vector3d axis;
-    JointSpring spring;
-  };
-  /// At every place that yields, from the inside out (22.2), (22.3).
-  std::vector<Hinge> springs() const {
-    std::vector<Hinge> springs;
-    const auto add = [&](const char* name, const Vector3d& axis, const std::optional<double>& stiffness, double wave) {
-      if (!stiffness) return;
-      const double k = *stiffness / compliant_length();
-      springs.push_back({name, axis, {k, 2 * setup_.damping_ratio / wave * k, 0}});
-    };
-    const double bending = kFirstBending * kFirstBending / (length_ * length_);
-    const auto rate = [&](const std::optional<double>& EI) {
-      return bending * std::sqrt(EI.value_or(1) / mass_per_length_);
-    };
-    add("y", y_, setup_.bending_stiffness_y, rate(setup_.bending_stiffness_y));
-    add("z", z_, setup_.bending_stiffness_z, rate(setup_.bending_stiffness_z));
-    const double polar = rotary();
-    if (polar > 0)
-      add("x", x_, setup_.torsional_stiffness,
-          kFirstTorsion / length_ * std::sqrt(setup_.torsional_stiffness.value_or(1) / polar));
-    return springs;
-  }
-
-  /// Inertia about the beam, per length.
-  double rotary() const {
-    const Symmetric3d& r = spread_;
-    return setup_.rotary_inertia + dot(x_, r * x_) / length_;
-  }
-
-  /// What a link that is nothing but its beam has beyond a slender rod, in this share, is spread over the pieces.
-  void spread(const Symmetric3d& rest) { spread_ = rest; }
-  Symmetric3d spread_over(int piece) const {
-    const double share = (end(piece) - begin(piece)) / length_;
-    const Symmetric3d& r = spread_;
-    return {share * r.xx, share * r.yy, share * r.zz, share * r.xy, share * r.xz, share * r.yz};
-  }
-
- private:
-  BeamDescription setup_;
-  double length_ = 0, mass_per_length_ = 0;
-  Vector3d x_, y_, z_;
-  Symmetric3d spread_ = Symmetric3d::zero();
-};
 
 Symmetric3d operator-(const Symmetric3d& a, const Symmetric3d& b) {
   return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.xz - b.xz, a.yz - b.yz};
@@ -148,20 +38,18 @@ struct Rest {
 };
 
 Rest rest_of(const BodyDescription& link, const Beam& beam) {
-  const Vector3d middle = beam.at(0.5 * beam.length());
-  const RigidBodyInertiad whole = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia);
+  const RigidBodyInertiad whole = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia), rod = beam.inertia();
   Rest rest;
   rest.mass = link.mass - beam.mass();
-  if (std::abs(rest.mass) <= kNothing * link.mass) {
-    rest.mass = 0, rest.is_nothing = true, rest.com = middle;
-    rest.inertia = link.inertia - beam.inertia();
+  if (rest.mass == 0) {
+    rest.is_nothing = true, rest.com = beam.com();
+    rest.inertia = link.inertia - rod.rotational_about_com();
     // What rounding has left of a slender rod's own.
     for (double* moment : {&rest.inertia.xx, &rest.inertia.yy, &rest.inertia.zz}) {
       if (std::abs(*moment) <= kNothing * size_of(link.inertia)) *moment = 0;
     }
     return rest;
   }
-  const RigidBodyInertiad rod = RigidBodyInertiad::about_com(beam.mass(), middle, beam.inertia());
   const RigidBodyInertiad left{rest.mass, whole.first_moment - rod.first_moment, whole.rotational - rod.rotational};
   rest.com = left.com();
   rest.inertia = left.rotational_about_com();
@@ -350,24 +238,18 @@ class Expansion {
     Beam beam(link);
     const Rest rest = rest_of(link, beam);
     if (rest.is_nothing) beam.spread(rest.inertia);
-    const auto rod = [&](int piece) {
-      const Vector3d middle = beam.at(0.5 * (beam.begin(piece) + beam.end(piece))) - beam.origin(piece);
-      Symmetric3d I = beam.piece_inertia(piece);
-      I += beam.spread_over(piece);
-      return RigidBodyInertiad::about_com(beam.piece_mass(piece), middle, I);
-    };
     const auto set = [](const RigidBodyInertiad& I, BodyDescription& body) {
       body.mass = I.mass, body.com = I.com(), body.inertia = I.rotational_about_com();
       body.is_part = true;
     };
-    RigidBodyInertiad first = rod(0);
+    RigidBodyInertiad first = beam.piece_inertia(0);
     if (!rest.is_nothing) first += RigidBodyInertiad::about_com(rest.mass, rest.com, rest.inertia);
     set(first, root);
     flexible.bodies.push_back(std::move(root));
     for (int piece = 1; piece <= beam.hinges(); ++piece) {
       std::string parent = piece_name(link.name, piece - 1);
       Vector3d at = beam.origin(piece) - beam.origin(piece - 1);
-      const std::vector<Beam::Hinge> springs = beam.springs();
+      const std::vector<Beam::Hinge> springs = beam.springs(piece - 1);
       for (const Beam::Hinge& hinge : springs) {
         BodyDescription body;
         const bool is_last = &hinge == &springs.back();
@@ -376,7 +258,7 @@ class Expansion {
         body.parent = parent, body.X_PF.p = at;
         body.joint.type = JointType::continuous, body.joint.axis = hinge.axis, body.joint.spring = hinge.spring;
         body.is_part = true;
-        if (is_last) set(rod(piece), body);
+        if (is_last) set(beam.piece_inertia(piece), body);
         parent = body.name, at = Vector3d::zero();
         flexible.bodies.push_back(std::move(body));
       }
@@ -409,14 +291,8 @@ std::string gear_fault(const JointDescription& joint) {
 std::string beam_fault(const BodyDescription& link) {
   const BeamDescription& b = *link.beam;
   if (link.parent.empty()) return "the base is no beam; panels and masts are links on it";
-  if (!b.bending_stiffness_y && !b.bending_stiffness_z && !b.torsional_stiffness)
-    return "a beam needs bending_stiffness_y, bending_stiffness_z or torsional_stiffness";
+  if (std::string fault = description_fault(b); !fault.empty()) return fault;
   const double length = norm(b.to - b.from);
-  if (!(length > 0)) return "a beam's ends, from and to, are at the same place";
-  if (b.section_y) {
-    const Vector3d x = (1 / length) * (b.to - b.from), across = *b.section_y - dot(*b.section_y, x) * x;
-    if (!(norm(across) > 1e-6 * norm(*b.section_y))) return "section_y must not be along the beam";
-  }
   Beam beam(link);
   const Rest rest = rest_of(link, beam);
   if (dot(beam.x(), b.from) < -1e-9 * length)
@@ -429,26 +305,27 @@ std::string beam_fault(const BodyDescription& link) {
   if (rest.is_nothing) {
     if (norm(link.com - rest.com) > 1e-6 * length)
       return fmt::format(
-          "the beam is all of its link's mass, so the link's centre of mass must be its middle, ({:.6g}, {:.6g}, "
-          "{:.6g}) m; a smaller mass_per_length leaves something else",
-          rest.com[0], rest.com[1], rest.com[2]);
+          "the beam is all of its link's mass, {:.6g} kg, so the link's centre of mass must be the beam's, ({:.6g}, "
+          "{:.6g}, {:.6g}) m; a larger mass of the link leaves something beside it",
+          beam.mass(), rest.com[0], rest.com[1], rest.com[2]);
     const Symmetric3d& I = rest.inertia;
     const double least = -kNothing * size_of(link.inertia);
     if (I.xx < least || I.yy < least || I.zz < least)
       return fmt::format(
           "the link's inertia is less than that of its beam, a slender rod of {:.6g} kg and {:.6g} m, which has {:.6g} "
-          "kg m^2 across it",
-          beam.mass(), length, beam.mass() * length * length / 12);
+          "kg m^2 across it and {:.6g} kg m^2 about itself",
+          beam.mass(), length, beam.inertia_across(), beam.inertia_along());
   } else if (const std::string fault = inertia_fault(rest.inertia); !fault.empty()) {
     return fmt::format(
         "the link's mass and inertia, which include the beam's, leave none that a body can have beside a slender rod "
         "of {:.6g} kg and {:.6g} m: {}",
         beam.mass(), length, fault);
   }
-  if (b.torsional_stiffness && !(b.rotary_inertia > 0) && !rest.is_nothing)
-    return "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia about it";
   if (rest.is_nothing) beam.spread(rest.inertia);
-  if (b.torsional_stiffness && !(beam.rotary() > 0)) return "torsional_stiffness needs inertia about the beam";
+  if (beam.twists() && !beam.has_rotary_inertia())
+    return rest.is_nothing ? "torsional_stiffness needs inertia about the beam"
+                           : "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia "
+                             "about it";
   return {};
 }
 

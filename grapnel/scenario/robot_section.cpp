@@ -233,6 +233,48 @@ struct Described<JointElasticity> {
 };
 
 template <>
+struct Described<BeamMaterial> {
+  using T = BeamMaterial;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::young_modulus>("young_modulus", "Pa", "E.").above(0).required(),
+      field<&T::shear_modulus>("shear_modulus", "Pa", "G.").above(0).required(),
+      field<&T::density>("density", "kg/m^3", "").above(0).required(),
+  });
+  static constexpr Type type = structure<T>(
+      "beam_material", "With a section, in place of stiffnesses and mass per length: isotropic and linear.", fields);
+};
+
+template <>
+struct Described<BeamSection> {
+  using T = BeamSection;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::diameter>("diameter", "m", "Outer, of a round section.").above(0).optional(),
+      field<&T::width>("width", "m", "Outer, of a rectangle, along the section's y axis.").above(0).optional(),
+      field<&T::height>("height", "m", "Outer, of a rectangle, along the section's z axis.").above(0).optional(),
+      field<&T::wall_thickness>("wall_thickness", "m", "Absent: it is solid.").above(0).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type =
+      structure<T>("beam_section", "A circle or a rectangle, solid or hollow; with a material.", fields, rules);
+};
+
+template <>
+struct Described<BeamStation> {
+  using T = BeamStation;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::at>("at", "m", "From the beam's beginning.").at_least(0).required(),
+      field<&T::mass_per_length>("mass_per_length", "kg/m", "").above(0).optional(),
+      field<&T::rotary_inertia>("rotary_inertia", "kg m", "").above(0).optional(),
+      field<&T::bending_stiffness_y>("bending_stiffness_y", "N m^2", "").above(0).optional(),
+      field<&T::bending_stiffness_z>("bending_stiffness_z", "N m^2", "").above(0).optional(),
+      field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "").above(0).optional(),
+      field<&T::section>("section", "", "").optional(),
+  });
+  static constexpr Type type =
+      structure<T>("beam_station", "What the beam is at one place; the same as of the beam.", fields);
+};
+
+template <>
 struct Described<BeamDescription> {
   using T = BeamDescription;
   static constexpr auto fields = std::to_array<Field>({
@@ -261,6 +303,12 @@ struct Described<BeamDescription> {
       field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "G J; absent: it does not twist.")
           .above(0)
           .optional(),
+      field<&T::material>("material", "", "").optional(),
+      field<&T::section>("section", "", "The same all along the beam.").optional(),
+      field<&T::stations>("stations", "",
+                          "A beam that is not the same everywhere, from its beginning to its end: what stations state, "
+                          "numbers or sizes of sections, is linear between them.")
+          .items(0, 100),
       field<&T::damping_ratio>("damping_ratio", "",
                                "Of the first mode of each kind, of the beam alone, clamped where it begins; of higher "
                                "ones it grows with the frequency.")

@@ -75,6 +75,7 @@ constexpr std::array kSymbols{
     Symbol{"Nm", {2, 1, -2, 0}, "1", "1", 0, 0, true},
     Symbol{"Ns", {1, 1, -1, 0}, "1", "1", 0, 0, true},
     Symbol{"Nms", {2, 1, -1, 0}, "1", "1", 0, 0, true},
+    Symbol{"Pa", {-1, 1, -2, 0}, "1", "1", 0, 0, true},
     Symbol{"J", {2, 1, -2, 0}, "1", "1", 0, 0, true},
     Symbol{"W", {2, 1, -3, 0}, "1", "1", 0, 0, true},
 };
@@ -361,6 +362,8 @@ constexpr std::array kNamed{
     Named{"an angular impulse", "N m s, kg m^2/s"},
     Named{"an inertia", "kg m^2, g cm^2"},
     Named{"a stiffness", "N/m, N/mm, kN/m"},
+    Named{"a modulus", "Pa, MPa, GPa"},
+    Named{"a density", "kg/m^3, g/cm^3, t/m^3"},
     Named{"a damping", "N s/m, kN s/m"},
     Named{"a torsional stiffness", "N m/rad, N m/deg"},
     Named{"a torsional damping", "N m s/rad, N m s/deg"},

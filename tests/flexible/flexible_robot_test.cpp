@@ -259,7 +259,7 @@ TEST(BeamFault, SaysWhatIsWrong) {
               HasSubstr("leave none that a body can have"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->section_y = Vector3d{0, 2, 0}; }), HasSubstr("along the beam"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->rotary_inertia = 0; }), HasSubstr("needs rotary_inertia"));
-  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length.reset(); }), HasSubstr("must be its middle"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length.reset(); }), HasSubstr("must be the beam's"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->from = {0.1, -0.3, 0}; }), HasSubstr("before the link's joint"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base is no beam"));
   JointDescription joint;
