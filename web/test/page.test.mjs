@@ -175,6 +175,36 @@ describe("what stands where", () => {
   });
 });
 
+describe("links that bend", () => {
+  test("are drawn as they are, or with more of it", async () => {
+    const out = path.join(folder, "bent");
+    grapnel(["run", scenario("thesis/closed-loop-flexible.yaml"), "-o", out, "--quiet", "--set", "approach.duration=4", "--set", "post_impact.duration=0.2"], [0, 1]);
+    const { page, context, faults } = await open(browser, path.join(out, "report.html"));
+    const turns = () =>
+      page.evaluate(() => {
+        window.__grapnel.clock.time = 2;
+        const pose = (name) => window.__grapnel.replay.bodyPose(name);
+        const about = (q) => 2 * Math.atan2(q[3], q[0]); // z
+        const names = ["arm-1-link-1", "arm-1-link-1:1", "arm-1-link-1:2", "arm-1-link-2"].map(pose);
+        return { piece: about(names[1].quaternion_wxyz) - about(names[0].quaternion_wxyz), next: Math.hypot(...names[3].position.map((x, k) => x - names[2].position[k])), base: pose("base").position };
+      });
+    const true_ = await turns();
+    assert.ok(Math.abs(true_.piece) > 1e-5, `${true_.piece} rad`);
+    const range = page.getByLabel("Bending drawn so many times");
+    await range.fill("1");
+    const larger = await turns();
+    assert.ok(Math.abs(larger.piece / true_.piece - 10) < 1e-2, `${larger.piece} after ${true_.piece}`); // single precision
+    assert.ok(Math.abs(larger.next - true_.next) < 1e-5); // nothing comes apart
+    assert.deepEqual(larger.base, true_.base);
+    assert.ok((await seen(page, ".replay-legend li")).includes("bending drawn 10 times"));
+    assert.deepEqual(faults, []);
+    await context.close();
+    const rigid = await open(browser, handles);
+    assert.equal(await rigid.page.getByLabel("Bending drawn so many times").count(), 0);
+    await rigid.context.close();
+  });
+});
+
 describe("an impact", () => {
   const labels = (page) => page.locator(".replay-label:not([hidden])").evaluateAll((all) => all.map((one) => one.textContent));
 

@@ -3,6 +3,7 @@ import { BoxGeometry, Group, Vector3 } from "three";
 import type { Scene, SceneBody, SceneShape } from "../data";
 import { rolesOf } from "../roles";
 import type { Instant, Run } from "../run";
+import { pieceBefore } from "./bending";
 import { inertiaBox } from "./inertia";
 import type { Paints } from "./palette";
 import { poseAt, type PoseTrack, poseTrack } from "./poses";
@@ -70,7 +71,8 @@ function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
 function addJointAndHands(object: Group, body: SceneBody, scene: Scene, rodRadius: number, look: Look, paints: Paints): void {
   const tube = body.geometry.find((g) => (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0);
   const girth = tube ? tube.size[0] : rodRadius;
-  if (body.joint && !body.geometry.some((g) => g.shape === "mesh")) {
+  const bends = pieceBefore(body.name) !== null; // no joint that anyone would see
+  if (body.joint && !bends && !body.geometry.some((g) => g.shape === "mesh")) {
     // In the joint's frame the axis is that of the child's frame too: turning about it moves neither.
     const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, look, paints);
     if (made) object.add(made);

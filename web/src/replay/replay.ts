@@ -112,12 +112,16 @@ function makeViewport(picture: HTMLElement, runs: Run[], clock: Clock): Viewport
 }
 
 function makeToolbar(viewport: Viewport, camera: (index: number) => void): Toolbar {
-  const toolbar = new Toolbar(viewport.rig.list, viewport.shown, (what) => viewport.views[0].offers(what), {
+  const toolbar = new Toolbar(viewport.rig.list, viewport.shown, (what) => viewport.views[0].offers(what), viewport.views.some((view) => view.bending.isThere), {
     camera,
     reset: () => viewport.rig.reset(),
     turn: (on) => {
       viewport.rig.turnWithBody = on;
       viewport.invalidate();
+    },
+    bent: (times) => {
+      viewport.bent = times;
+      viewport.refresh();
     },
     changed: () => viewport.refresh(),
   });

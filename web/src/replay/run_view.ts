@@ -3,6 +3,7 @@ import { Group, Quaternion, type Sprite, Vector3 } from "three";
 import type { Scene } from "../data";
 import type { Instant, Run } from "../run";
 import { rolesOf } from "../roles";
+import { Bending } from "./bending";
 import { buildBodies, type BodyView, poseBodies, typicalLink } from "./bodies";
 import { type Impact, impactsOf } from "./impacts";
 import type { Label, Labels } from "./labels";
@@ -26,10 +27,12 @@ export interface Shown {
   ground: boolean;
   sky: boolean;
 }
+export const kMostBending = 100; // times, as it may be drawn
 
 export class RunView {
   readonly object = new Group();
   readonly bodies: BodyView[];
+  readonly bending: Bending;
   readonly roles: Map<string, string>;
   readonly impacts: Impact[];
   readonly span: number; // radius of the robot and targets at the beginning: what sizes of arrows go by [m]
@@ -53,6 +56,7 @@ export class RunView {
     this.roles = rolesOf(scene);
     this.impacts = impactsOf(run);
     this.bodies = buildBodies(run, scene, paints, second ? "second" : "solid");
+    this.bending = new Bending(this.bodies);
     for (const view of this.bodies) this.object.add(view.object);
     poseBodies(this.bodies, { index: 0, fraction: 0 });
     this.span = spanOf(this.bodies);
@@ -78,9 +82,11 @@ export class RunView {
     return true;
   }
 
-  update(time: number, back: number, shown: Shown): void {
+  // `bent`: how many times larger than it is bending is drawn.
+  update(time: number, back: number, shown: Shown, bent: number): void {
     const instant = this.run.locate(time, back);
     poseBodies(this.bodies, instant);
+    this.bending.apply(bent);
     for (const trail of this.trails) {
       trail.object.visible = shown.trails;
       if (shown.trails) trail.update(instant);

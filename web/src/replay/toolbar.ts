@@ -2,7 +2,8 @@
 import { element } from "../dom";
 import { roving } from "../roving";
 import type { ViewSpec } from "./cameras";
-import type { Shown } from "./run_view";
+import { number } from "../format";
+import { kMostBending, type Shown } from "./run_view";
 
 const kNames: [keyof Shown, string, string][] = [
   ["trails", "Trails", "Ways of end-effectors and of the targets' centres of mass"],
@@ -27,7 +28,8 @@ export class Toolbar {
     views: readonly ViewSpec[],
     shown: Shown,
     offers: (what: keyof Shown) => boolean,
-    acts: { camera(index: number): void; reset(): void; turn(on: boolean): void; changed(): void },
+    bends: boolean,
+    acts: { camera(index: number): void; reset(): void; turn(on: boolean): void; bent(times: number): void; changed(): void },
   ) {
     views.forEach((view, i) => this.cameras.append(element("option", { value: String(i) }, `${i + 1}  ${view.label}`)));
     this.cameras.addEventListener("change", () => acts.camera(Number(this.cameras.value)));
@@ -47,12 +49,26 @@ export class Toolbar {
     }
     roving(chips);
     this.host.append(element("div", { class: "replay-group" }, this.cameras, reset), chips);
+    if (bends) this.host.append(bendingSlider(acts.bent));
   }
 
   select(index: number, follows: boolean): void {
     this.cameras.value = String(index);
     this.turn.hidden = !follows;
   }
+}
+
+// From 1 to kMostBending times, by the logarithm.
+function bendingSlider(bent: (times: number) => void): HTMLElement {
+  const range = element("input", { type: "range", min: "0", max: String(Math.log10(kMostBending)), step: "0.1", value: "0", "aria-label": "Bending drawn so many times" });
+  const said = element("output", {}, "1 ×");
+  range.addEventListener("input", () => {
+    const times = Number((10 ** Number(range.value)).toPrecision(2));
+    said.textContent = `${number(times)} ×`;
+    range.setAttribute("aria-valuetext", `${number(times)} times`);
+    bent(times);
+  });
+  return element("label", { class: "replay-bending", title: "How many times larger than it is bending is drawn; trails, arrows and what is caught stay where they are" }, element("span", {}, "Bending"), range, said);
 }
 
 function chip(label: string, title: string, on = false): HTMLButtonElement {

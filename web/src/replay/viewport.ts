@@ -29,6 +29,7 @@ export class Viewport {
   readonly rig: CameraRig;
   readonly stage: Stage;
   readonly shown: Shown;
+  bent = 1; // how many times larger than it is bending is drawn
   private readonly paints = new Paints();
   private readonly labels = new Labels();
   private readonly legend = new Legend();
@@ -161,7 +162,7 @@ export class Viewport {
     return this.shown.sky ? "dark" : this.paints.theme;
   }
   private pose(time: number, back = 0): void {
-    for (const view of this.views) view.update(time, back, this.shown);
+    for (const view of this.views) view.update(time, back, this.shown, this.bent);
     this.rig.frame(this.stage.world);
   }
   private render(): void {
@@ -208,6 +209,7 @@ export class Viewport {
       rows.unshift({ role: "base", text: `${run.data.label || "A"}: solid` });
       rows.push({ role: "second", text: `${other.run.data.label || "B"}: translucent`, faint: true });
     }
+    if (this.bent > 1) rows.push({ role: "base", text: `bending drawn ${number(this.bent)} times`, faint: true });
     if (this.shown.initial) rows.push({ role: "ghost", text: "initial pose", faint: true });
     if (this.shown.ground) rows.push({ role: "grid", text: `grid ${number(this.ground.step)} m`, faint: true });
     this.legend.show(rows, (role) => roleColor(role, this.shownTheme));
