@@ -101,7 +101,8 @@ BeamProperties section_properties(const BeamSection& s, const BeamMaterial& m) {
     I_z = (h * b * b * b - hi * bi * bi * bi) / 12;
     J = s.wall_thickness ? 2 * t * (b - t) * (b - t) * (h - t) * (h - t) / (b + h - 2 * t) : torsion_constant(b, h);
   }
-  return {m.density * A, m.density * (I_y + I_z), m.young_modulus * I_y, m.young_modulus * I_z, m.shear_modulus * J};
+  return {m.density * A,       m.density * (I_y + I_z), m.young_modulus * I_y, m.young_modulus * I_z,
+          m.shear_modulus * J, m.density * I_y,         m.density * I_z};
 }
 
 std::string description_fault(const BeamDescription& b) {
@@ -210,6 +211,7 @@ BeamProperties Beam::at_length(double s) const {
       const Stated &a = setup_.stations[i - 1].*kStated[k], &b = setup_.stations[i].*kStated[k];
       if (a && b) here.*kProperties[k] = blend(*a, *b, share);
     }
+    here.rotary_inertia_y = here.rotary_inertia_z = 0.5 * here.rotary_inertia;
   }
   here.mass_per_length *= mass_scale_;
   return here;
@@ -217,7 +219,7 @@ BeamProperties Beam::at_length(double s) const {
 
 // By Gauss's three points between stations: mass per length is at most quadratic there, and is weighed with squares.
 Beam::Rod Beam::rod(double begin, double end) const {
-  double mass = 0, first = 0, second = 0, rotary = 0;
+  double mass = 0, first = 0, second = 0, along = 0, y = 0, z = 0;
   const auto add = [&](double a, double b) {
     if (!(b > a)) return;
     const double half = 0.5 * (b - a), middle = 0.5 * (a + b), r = std::sqrt(0.6);
@@ -227,7 +229,8 @@ Beam::Rod Beam::rod(double begin, double end) const {
       mass += half * weight * p.mass_per_length;
       first += half * weight * p.mass_per_length * (s - begin);
       second += half * weight * p.mass_per_length * (s - begin) * (s - begin);
-      rotary += half * weight * p.rotary_inertia;
+      along += half * weight * p.rotary_inertia;
+      y += half * weight * p.rotary_inertia_y, z += half * weight * p.rotary_inertia_z;
     }
   };
   double from = begin;
@@ -237,30 +240,29 @@ Beam::Rod Beam::rod(double begin, double end) const {
     from = station.at;
   }
   add(from, end);
-  const double c = first / mass;
-  return {mass, begin + c, second - mass * c * c + 0.5 * rotary, rotary};
+  const double c = first / mass, across = second - mass * c * c;
+  return {mass, begin + c, along, across + y, across + z};
 }
 
-// The same across the beam in both directions, and along it.
-Symmetric3d Beam::about_axis(double across, double along) const {
-  const double d = along - across;
-  const auto& x = x_;
-  return {across + d * x[0] * x[0], across + d * x[1] * x[1], across + d * x[2] * x[2],
-          d * x[0] * x[1],          d * x[0] * x[2],          d * x[1] * x[2]};
+// In the link's axes.
+Symmetric3d Beam::about_com(const Rod& part) const {
+  Symmetric3d I = Symmetric3d::zero();
+  for (const auto& [moment, a] : {std::pair{part.along, x_}, std::pair{part.y, y_}, std::pair{part.z, z_}})
+    I += Symmetric3d{moment * a[0] * a[0], moment * a[1] * a[1], moment * a[2] * a[2],
+                     moment * a[0] * a[1], moment * a[0] * a[2], moment * a[1] * a[2]};
+  return I;
 }
 
 RigidBodyInertiad Beam::piece_inertia(int piece) const {
   const Rod r = rod(begin(piece), end(piece));
-  Symmetric3d I = about_axis(r.across, r.along);
+  Symmetric3d I = about_com(r);
   const double share = r.mass / whole_.mass;
   const Symmetric3d& e = spread_;
   I += Symmetric3d{share * e.xx, share * e.yy, share * e.zz, share * e.xy, share * e.xz, share * e.yz};
   return RigidBodyInertiad::about_com(r.mass, at(r.middle) - origin(piece), I);
 }
 
-RigidBodyInertiad Beam::inertia() const {
-  return RigidBodyInertiad::about_com(whole_.mass, com(), about_axis(whole_.across, whole_.along));
-}
+RigidBodyInertiad Beam::inertia() const { return RigidBodyInertiad::about_com(whole_.mass, com(), about_com(whole_)); }
 
 double Beam::spread_along() const { return dot(x_, spread_ * x_); }
 

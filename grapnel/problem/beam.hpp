@@ -18,6 +18,8 @@ struct BeamProperties {
   double bending_stiffness_y = 0;  // E I about y [N m^2]
   double bending_stiffness_z = 0;  // E I about z [N m^2]
   double torsional_stiffness = 0;  // G J [N m^2]
+  double rotary_inertia_y = 0;     // of the section about its principal axes, per length, whose sum is rotary_inertia
+  double rotary_inertia_z = 0;     // [kg m]
 };
 
 /// Of a section and a material: bending exact, torsion exact for circles and solid rectangles, Bredt's for hollow
@@ -57,9 +59,10 @@ class Beam {
   /// The whole beam, about the link's origin, without what spread() has added.
   RigidBodyInertiad inertia() const;
   Vector3d com() const { return at(whole_.middle); }
-  /// Of the whole, about its centre of mass, across it and about itself [kg m^2].
-  double inertia_across() const { return whole_.across; }
+  /// Of the whole, about its centre of mass [kg m^2]: about the beam itself, and about the section's axes y and z.
   double inertia_along() const { return whole_.along; }
+  double inertia_y() const { return whole_.y; }
+  double inertia_z() const { return whole_.z; }
 
   struct Hinge {
     const char* name;
@@ -78,14 +81,14 @@ class Beam {
  private:
   // Of a part of it.
   struct Rod {
-    double mass = 0, middle = 0;   // [kg]; its centre of mass, from the beam's beginning [m]
-    double across = 0, along = 0;  // about that [kg m^2]
+    double mass = 0, middle = 0;     // [kg]; its centre of mass, from the beam's beginning [m]
+    double along = 0, y = 0, z = 0;  // about that, about x, y and z of the beam [kg m^2]
   };
   BeamProperties at_length(double s) const;
   Rod rod(double begin, double end) const;
   double hinge_at(int i) const;
   double compliant_length() const { return length_ / hinges(); }
-  Symmetric3d about_axis(double across, double along) const;
+  Symmetric3d about_com(const Rod& part) const;
   double spread_along() const;
   double first_rate(double BeamProperties::*stiffness) const;
 

@@ -313,8 +313,8 @@ std::string beam_fault(const BodyDescription& link) {
     if (I.xx < least || I.yy < least || I.zz < least)
       return fmt::format(
           "the link's inertia is less than that of its beam, a slender rod of {:.6g} kg and {:.6g} m, which has {:.6g} "
-          "kg m^2 across it and {:.6g} kg m^2 about itself",
-          beam.mass(), length, beam.inertia_across(), beam.inertia_along());
+          "kg m^2 about itself, {:.6g} about its section's y axis and {:.6g} about the z axis",
+          beam.mass(), length, beam.inertia_along(), beam.inertia_y(), beam.inertia_z());
   } else if (const std::string fault = inertia_fault(rest.inertia); !fault.empty()) {
     return fmt::format(
         "the link's mass and inertia, which include the beam's, leave none that a body can have beside a slender rod "

@@ -1,6 +1,7 @@
 // Bending drawn larger than it is. Links that bend are recorded as straight pieces NAME, NAME:1, NAME:2 and so on, each hinged on the one before
 // and parallel to it where nothing bends: what each is turned against the one before is multiplied, and whatever hangs on them goes along.
 import { Quaternion, Vector3 } from "three";
+import type { Run } from "../run";
 import type { BodyView } from "./bodies";
 
 interface Step {
@@ -14,15 +15,15 @@ interface Step {
 export class Bending {
   private readonly steps: Step[] = [];
 
-  constructor(views: BodyView[]) {
+  constructor(run: Run, views: BodyView[]) {
+    const pieces = piecesThatBend(run);
     const known = new Map<string, BodyView>();
     const moved = new Set<BodyView>();
     for (const view of views) {
-      const before = pieceBefore(view.body.name);
-      const on = view.track && known.get((before !== null && known.has(before) ? before : view.body.parent) ?? "");
+      const bends = pieces.has(view.body.name);
+      const on = view.track && known.get((bends ? pieceBefore(view.body.name) : view.body.parent) ?? "");
       known.set(view.body.name, view);
       if (!on) continue;
-      const bends = on.body.name === before;
       if (!bends && !moved.has(on)) continue; // true: nothing on its way to the base bends
       this.steps.push({ view, on, bends, position: new Vector3(), turn: new Quaternion() });
       moved.add(view);
@@ -48,12 +49,18 @@ export class Bending {
   }
 }
 
-// "arm:2" after "arm:3", "arm" after "arm:1"; null: it is no piece.
-export function pieceBefore(name: string): string | null {
-  const found = /^(.*):(\d+)$/.exec(name);
-  if (!found) return null;
-  const number = Number(found[2]);
-  return number > 1 ? `${found[1]}:${number - 1}` : found[1];
+// The bodies that are hinged by bending or twisting on the piece before them, as the run's deflections name them: "arm:2z", or
+// "target:satellite/panel:1y" of a target. A link that is merely called so has no deflection.
+export function piecesThatBend(run: Run): Set<string> {
+  const names = (run.series("elastic/deflection")?.components ?? []).flatMap((hinge) => /^(?:target:)?(.*:\d+)[xyz]$/.exec(hinge)?.[1] ?? []);
+  return new Set(names);
+}
+
+// Of "arm:3" it is "arm:2", of "arm:1" it is "arm".
+function pieceBefore(name: string): string {
+  const colon = name.lastIndexOf(":");
+  const number = Number(name.slice(colon + 1));
+  return number > 1 ? `${name.slice(0, colon)}:${number - 1}` : name.slice(0, colon);
 }
 
 // The turn about the same axis by a multiple of its angle, at most half a turn.

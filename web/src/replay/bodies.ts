@@ -3,7 +3,7 @@ import { BoxGeometry, Group, Vector3 } from "three";
 import type { Scene, SceneBody, SceneShape } from "../data";
 import { rolesOf } from "../roles";
 import type { Instant, Run } from "../run";
-import { pieceBefore } from "./bending";
+import { piecesThatBend } from "./bending";
 import { inertiaBox } from "./inertia";
 import type { Paints } from "./palette";
 import { poseAt, type PoseTrack, poseTrack } from "./poses";
@@ -21,13 +21,14 @@ export interface BodyView {
 export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style): BodyView[] {
   const roles = rolesOf(scene);
   const rodRadius = rodRadiusOf(scene);
+  const pieces = piecesThatBend(run);
   return scene.bodies.map((body) => {
     const look = lookOf(roles.get(body.name) ?? "base", style);
     const object = new Group();
     object.name = body.name;
     const own = body.geometry.map((shape) => geometrySolid(shape, scene, look, paints)).filter((made) => made !== undefined);
     for (const part of own.length > 0 ? own : defaultSolids(body, scene, rodRadius, look, paints)) object.add(part);
-    if (body.kind === "link") addJointAndHands(object, body, scene, rodRadius, look, paints);
+    if (body.kind === "link") addJointAndHands(object, body, scene, !pieces.has(body.name), rodRadius, look, paints);
     const track = poseTrack(run, body.series);
     object.visible = track !== undefined; // a body whose motion is not known is not shown anywhere
     return { body, object, track, radius: reach(body, scene) };
@@ -68,11 +69,10 @@ function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
   return ends;
 }
 
-function addJointAndHands(object: Group, body: SceneBody, scene: Scene, rodRadius: number, look: Look, paints: Paints): void {
+function addJointAndHands(object: Group, body: SceneBody, scene: Scene, showsJoint: boolean, rodRadius: number, look: Look, paints: Paints): void {
   const tube = body.geometry.find((g) => (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0);
   const girth = tube ? tube.size[0] : rodRadius;
-  const bends = pieceBefore(body.name) !== null; // no joint that anyone would see
-  if (body.joint && !bends && !body.geometry.some((g) => g.shape === "mesh")) {
+  if (body.joint && showsJoint && !body.geometry.some((g) => g.shape === "mesh")) {
     // In the joint's frame the axis is that of the child's frame too: turning about it moves neither.
     const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, look, paints);
     if (made) object.add(made);

@@ -56,7 +56,7 @@ export class RunView {
     this.roles = rolesOf(scene);
     this.impacts = impactsOf(run);
     this.bodies = buildBodies(run, scene, paints, second ? "second" : "solid");
-    this.bending = new Bending(this.bodies);
+    this.bending = new Bending(run, this.bodies);
     for (const view of this.bodies) this.object.add(view.object);
     poseBodies(this.bodies, { index: 0, fraction: 0 });
     this.span = spanOf(this.bodies);
