@@ -153,9 +153,9 @@ struct BeamDescription {
   int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
 };
 
-/// A mode of vibration of what is clamped at a body's frame, as makers of solar panels state it: with the mode's
-/// coordinate in the norm of unit modal mass, a rate of one has these momenta about the frame's origin
-/// (flexible_robot() makes a mass on a spring of it; a Model takes it for rigid).
+/// A mode of vibration of what is clamped at a body's frame, as makers of solar panels and finite-element programs
+/// state it: with the mode's coordinate in the norm of unit modal mass, a rate of one has these momenta about the
+/// frame's origin (flexible_robot() makes a mass and a rotor on a spring of it; a Model takes it for rigid).
 struct VibrationMode {
   double frequency = 0;  // [Hz]
   double damping_ratio = 0;
@@ -175,7 +175,7 @@ struct BodyDescription {
   std::optional<BeamDescription> beam = {};
   std::vector<VibrationMode> modes = {};  // in place of a beam
   /// A part of a flexible body, or what lies between two of its joints. It may lack mass, or inertia about some axis,
-  /// which the parts that hang on it have.
+  /// which the parts that hang on it have, and may have less than none, which the part that carries it has.
   bool is_part = false;
 };
 

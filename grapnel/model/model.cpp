@@ -110,8 +110,8 @@ void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   if (const std::string text = placement_fault(body.X_PF); !text.empty()) fault("joint " + text);
   if (!finite(body.com)) fault("centre of mass is not finite");
   if (body.is_part) {
-    if (!(body.mass >= 0) || !std::isfinite(body.mass) || !finite(body.inertia) || body.parent.empty())
-      fault("a part of a body needs a parent, and a mass that is not negative");
+    if (!std::isfinite(body.mass) || !finite(body.inertia) || body.parent.empty())
+      fault("a part of a body needs a parent, and a mass and an inertia that are finite");
   } else {
     if (!(body.mass > 0) || !std::isfinite(body.mass)) fault(fmt::format("mass {} must be positive", body.mass));
     const std::string inertia = inertia_fault(body.inertia);

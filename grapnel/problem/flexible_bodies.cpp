@@ -10,6 +10,7 @@
 
 #include "grapnel/problem/beam.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/vibration_modes.hpp"
 
 namespace grapnel {
 namespace {
@@ -17,8 +18,6 @@ namespace {
 // What is left of the inertia of a link that is nothing but its beam may be this much of the link's own, of either
 // sign, and is nothing then: numbers in files have some six digits.
 constexpr double kNothing = 1e-6;
-
-constexpr double kPitch = 1e-6;  // of a mode's rotation, along its translation
 
 constexpr const char* kDrive = "drive:";  // and a link's name: what its motor turns
 constexpr const char* kGear = "gear:";    // and a joint's name: the spring between
@@ -93,49 +92,8 @@ void cut(const Geometry& shape, const std::string& link, const Beam& beam,
   }
 }
 
-// --- Modes ---
-
-// A mode as a body on a spring: a point mass that slides where and as its participation says, or what turns about an
-// axis (22.9).
-struct Oscillator {
-  bool slides = false;
-  double inertia = 0;  // effective mass [kg], or moment of inertia [kg m^2]
-  Vector3d axis{1, 0, 0};
-  Vector3d place = Vector3d::zero();
-  double pitch = 0;  // of the participation, along the axis, in parts of its whole: what no such body has
-};
-
-Oscillator oscillator_of(const VibrationMode& mode) {
-  Oscillator o;
-  const Vector3d &t = mode.translation, &r = mode.rotation;
-  o.slides = dot(t, t) > 0;
-  o.inertia = o.slides ? dot(t, t) : dot(r, r);
-  if (!(o.inertia > 0)) return o;
-  o.axis = (1 / std::sqrt(o.inertia)) * (o.slides ? t : r);
-  if (!o.slides) return o;
-  o.pitch = norm(r) > 0 ? std::abs(dot(r, o.axis)) / norm(r) : 0;
-  o.place = (1 / std::sqrt(o.inertia)) * cross(o.axis, r);  // place x axis = r / sqrt(mass), across the axis
-  return o;
-}
-
-RigidBodyInertiad inertia_of(const Oscillator& o) {
-  if (o.slides) return RigidBodyInertiad::about_com(o.inertia, o.place, Symmetric3d::zero());
-  const Vector3d& a = o.axis;
-  const double I = o.inertia;
-  return {0,
-          Vector3d::zero(),
-          {I * a[0] * a[0], I * a[1] * a[1], I * a[2] * a[2], I * a[0] * a[1], I * a[0] * a[2], I * a[1] * a[2]}};
-}
-
 RigidBodyInertiad less(const RigidBodyInertiad& whole, const RigidBodyInertiad& part) {
   return {whole.mass - part.mass, whole.first_moment - part.first_moment, whole.rotational - part.rotational};
-}
-
-// What of a body its modes leave at rest.
-RigidBodyInertiad rest_of_modes(const BodyDescription& link) {
-  RigidBodyInertiad rest = RigidBodyInertiad::about_com(link.mass, link.com, link.inertia);
-  for (const VibrationMode& mode : link.modes) rest = less(rest, inertia_of(oscillator_of(mode)));
-  return rest;
 }
 
 // A robot's bodies one by one, with what hangs on them.
@@ -184,37 +142,9 @@ class Expansion {
     if (!link.modes.empty()) {
       if (const std::string fault = modes_fault(link); !fault.empty())
         throw std::invalid_argument(fmt::format("body '{}': {}", link.name, fault));
-      add_modes(link, std::move(body), flexible);
-      return;
     }
     flexible.bodies.push_back(std::move(body));
-  }
-
-  static void add_modes(const BodyDescription& link, BodyDescription rest, RobotSetup& flexible) {
-    const RigidBodyInertiad I = rest_of_modes(link);
-    rest.mass = I.mass, rest.com = I.com(), rest.inertia = I.rotational_about_com();
-    rest.is_part = true;  // what modes of torsion leave of a plate is no body's own
-    flexible.bodies.push_back(std::move(rest));
-    int number = 0;
-    for (const VibrationMode& mode : link.modes) {
-      const Oscillator o = oscillator_of(mode);
-      const double omega = 2 * std::numbers::pi * mode.frequency;
-      BodyDescription body;
-      body.name = fmt::format("{}:mode-{}", link.name, ++number);
-      body.parent = link.name;
-      body.X_PF.p = o.place;
-      body.joint.name = body.name;
-      body.joint.type = o.slides ? JointType::prismatic : JointType::continuous;
-      body.joint.axis = o.axis;
-      body.joint.spring = JointSpring{o.inertia * omega * omega, 2 * mode.damping_ratio * omega * o.inertia, 0};
-      if (o.slides) {
-        body.mass = o.inertia;
-      } else {
-        body.inertia = inertia_of(o).rotational;
-      }
-      body.is_part = true;
-      flexible.bodies.push_back(std::move(body));
-    }
+    for (BodyDescription& part : bodies_of_modes(link)) flexible.bodies.push_back(std::move(part));
   }
 
   // The motor turns a body without mass, which carries the link by a spring about the same axis (22.4).
@@ -359,7 +289,7 @@ bool is_elastic_part(const BodyDescription& body) {
 
 bool is_unseen(const BodyDescription& body) {
   const Symmetric3d& I = body.inertia;
-  return body.is_part && (body.mass == 0 || (I.xx == 0 && I.yy == 0 && I.zz == 0));
+  return body.is_part && (body.mass <= 0 || (I.xx == 0 && I.yy == 0 && I.zz == 0));
 }
 
 const RobotSetup& modelled_robot(const RobotSetup& robot, bool moving, std::optional<RobotSetup>& made) {
@@ -404,40 +334,6 @@ std::vector<int> pieces_of(const Model& model, const std::string& link) {
     if (body.is_part && body.name != link && !is_unseen(body) && link_of_piece(body) == link) pieces.push_back(i);
   }
   return pieces;
-}
-
-std::string modes_fault(const BodyDescription& link) {
-  if (link.beam) return "a body has a beam or modes, not both";
-  if (link.parent.empty()) return "the base has no modes; panels are links on it";
-  int number = 0;
-  for (const VibrationMode& mode : link.modes) {
-    ++number;
-    const Oscillator o = oscillator_of(mode);
-    if (!(mode.frequency > 0)) return fmt::format("mode {} needs a positive frequency", number);
-    if (!(o.inertia > 0)) return fmt::format("mode {} has no participation: nothing can excite it", number);
-    if (o.pitch > kPitch)
-      return fmt::format(
-          "mode {}: {:.3g} of its rotation is along its translation, as of a screw, which no mass on a spring does; "
-          "state the two as modes of their own",
-          number, o.pitch);
-  }
-  const RigidBodyInertiad rest = rest_of_modes(link);
-  if (!(rest.mass > 0))
-    return fmt::format(
-        "the modes' effective masses are {:.6g} kg, the body has {:.6g} kg, which include them: every mode is a mass "
-        "of "
-        "its own here, so that modes along several directions may ask for more than there is; leave out the fast ones",
-        link.mass - rest.mass, link.mass);
-  const Symmetric3d I = rest.rotational_about_com();
-  const double minor = I.xx * I.yy - I.xy * I.xy;
-  const double determinant = minor * I.zz + 2 * I.xy * I.xz * I.yz - I.xx * I.yz * I.yz - I.yy * I.xz * I.xz;
-  if (!(I.xx > 0 && minor > 0 && determinant > 0))
-    return fmt::format(
-        "the modes leave {:.6g} kg of the body's mass, and inertia (xx {:.4g}, yy {:.4g}, zz {:.4g} kg m^2) that is "
-        "not "
-        "positive definite: together they move more than there is",
-        rest.mass, I.xx, I.yy, I.zz);
-  return {};
 }
 
 // --- Targets ---

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "flexible/flexible_model.hpp"
-#include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel::testing {
@@ -119,64 +118,6 @@ TEST(FlexibleRobot, RestsWhereItsSpringsDo) {
   const RobotSetup rigid = rigid_robot(robot);
   EXPECT_EQ(rigid.bodies[2].joint.type, JointType::fixed);
   EXPECT_NEAR(rotation_angle(rigid.bodies[2].X_PF.R), 0.4, 1e-14);
-}
-
-// A maker's table: the modes of a panel clamped at its frame come out as they were put in.
-BodyDescription panel_with_modes() {
-  BodyDescription panel;
-  panel.name = "panel", panel.parent = "base", panel.joint.name = "mount";
-  panel.mass = 20, panel.com = {1.5, 0, 0}, panel.inertia = Symmetric3d::diagonal(2, 15.2, 15.9);
-  panel.modes = {{0.4, 0.005, {0, 0, 3.5}, {0, -7.63, 0}},
-                 {2.3, 0.01, Vector3d::zero(), {1.1, 0, 0}},
-                 {2.5, 0.005, {0, 0, 1.94}, {0, -1.22, 0}}};
-  return panel;
-}
-
-TEST(VibrationModes, ComeOutAsTheyWerePutIn) {
-  RobotSetup robot = only_base(200, 50);
-  robot.bodies.push_back(panel_with_modes());
-  const Model model = model_of(robot);
-  const State state = zero_state(model);
-  const auto modes = elastic_modes(model, state, velocities_of(model, "base"));
-  ASSERT_EQ(modes.size(), 3u);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const VibrationMode& given = robot.bodies[1].modes[i];
-    EXPECT_NEAR(modes[i].frequency, given.frequency, 1e-12);
-    EXPECT_NEAR(modes[i].damping_ratio, given.damping_ratio, 1e-14);
-    const Eigen::VectorXd p = participation(model, state, modes[i], 0);
-    const double sign =
-        (p[3] + p[4] + p[5]) * (given.translation[0] + given.translation[1] + given.translation[2]) < 0 ||
-                (i == 1 && p[0] < 0)
-            ? -1
-            : 1;
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_NEAR(sign * p[k], given.rotation[k], 1e-12) << i;
-      EXPECT_NEAR(sign * p[k + 3], given.translation[k], 1e-12) << i;
-    }
-  }
-  // The whole is what was stated.
-  ModelBuilder rigid;
-  for (const BodyDescription& body : rigid_robot(robot).bodies) rigid.add(body);
-  const RigidBodyInertiad a = total_of(rigid.build()), b = total_of(model);
-  EXPECT_NEAR(a.mass, b.mass, 1e-12);
-  EXPECT_NEAR(a.rotational.yy, b.rotational.yy, 1e-11);
-  EXPECT_NEAR(a.rotational.zz, b.rotational.zz, 1e-11);
-  EXPECT_NEAR(a.rotational.xx, b.rotational.xx, 1e-11);
-}
-
-TEST(VibrationModes, ThatNoPanelHasAreRefused) {
-  const auto fault = [](auto change) {
-    BodyDescription panel = panel_with_modes();
-    change(panel);
-    return modes_fault(panel);
-  };
-  EXPECT_EQ(fault([](BodyDescription&) {}), "");
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].rotation = {0, -7.63, 0.1}; }), HasSubstr("mode 1: "));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].translation[2] = 5; }), HasSubstr("effective masses"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("not positive definite"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 0; }), HasSubstr("no participation"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].frequency = 0; }), HasSubstr("positive frequency"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("not both"));
 }
 
 TargetSetup target_with_panels() {
