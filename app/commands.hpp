@@ -117,6 +117,23 @@ int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool 
 int info(const std::filesystem::path& robot);
 
 /// Arguments of `grapnel import`; what they mean is said at the key `import` of scenarios.
+struct ModesOptions {
+  std::filesystem::path mass, stiffness;
+  std::string mass_name,
+      stiffness_name;  // of the matrix in its file; empty: the only one, or the one with M or K first
+  std::string units;   // LENGTH-MASS-s
+  std::optional<long long> interface_node;
+  std::filesystem::path interface_nodes;  // NODE, X, Y, Z
+  std::vector<int> interface_rows;        // from 1
+  std::vector<double> origin{0, 0, 0};    // of the frame, for interface_nodes, in the model's units
+  int modes = 20;
+  double below = 100;  // [Hz]
+  double damping = 0;
+  std::vector<double> expected;  // [Hz]
+  std::filesystem::path output;  // empty: the table alone
+};
+int modes_of_matrices(const ModesOptions& options);
+
 struct ImportCommandOptions {
   std::filesystem::path model;   // .urdf or .xml
   std::filesystem::path output;  // the robot file

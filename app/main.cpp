@@ -232,6 +232,46 @@ int main(int argc, char** argv) {
                            "Replace inertias that no body can have by the nearest possible ones");
   import_command->callback([&] { code = import_robot_file(import_options); });
 
+  ModesOptions modes_options;
+  CLI::App* modes_command = app.add_subcommand(
+      "modes", "Modes of vibration of a link or panel, from mass and stiffness matrices of a finite-element model");
+  modes_command
+      ->add_option("--mass", modes_options.mass,
+                   "File of the mass matrix: .mtx, .csv, CalculiX's .mas, Nastran's DMIG (.pch, .bdf) or .op4")
+      ->required();
+  modes_command->add_option("--stiffness", modes_options.stiffness, "File of the stiffness matrix; may be the same")
+      ->required();
+  modes_command
+      ->add_option("--units", modes_options.units,
+                   "Units of the model, LENGTH-MASS-s: m-kg-s, mm-t-s, in-slinch-s, ...")
+      ->required();
+  modes_command->add_option("--interface", modes_options.interface_node,
+                            "Node with six degrees of freedom where the body is attached; the origin of its frame");
+  modes_command->add_option("--interface-nodes", modes_options.interface_nodes,
+                            "File of nodes that are tied together where the body is attached: lines NODE, X, Y, Z");
+  modes_command
+      ->add_option("--origin", modes_options.origin,
+                   "X Y Z of the frame's origin, with --interface-nodes, in the model's units (default: 0 0 0)")
+      ->expected(3);
+  modes_command
+      ->add_option("--interface-rows", modes_options.interface_rows,
+                   "Of matrices whose rows have no names: the six rows of the interface's translations and rotations "
+                   "(default: 1 2 3 4 5 6)")
+      ->expected(6);
+  modes_command->add_option("--mass-name", modes_options.mass_name, "Of several matrices in a file: its name");
+  modes_command->add_option("--stiffness-name", modes_options.stiffness_name, "Likewise");
+  modes_command->add_option("--modes", modes_options.modes, "At most so many modes (default: 20)")
+      ->check(CLI::Range(1, 50));
+  modes_command->add_option("--below", modes_options.below, "Modes below this frequency [Hz] (default: 100)")
+      ->check(CLI::PositiveNumber);
+  modes_command->add_option("--damping", modes_options.damping, "Damping ratio of all modes (default: 0)")
+      ->check(CLI::Range(0.0, 1.0));
+  modes_command->add_option("--expect", modes_options.expected,
+                            "Frequencies [Hz] of the first modes; more than 1 % off is an error");
+  modes_command->add_option("-o,--output", modes_options.output,
+                            "File (YAML) for mass, com, inertia and modes (default: print the table alone)");
+  modes_command->callback([&] { code = modes_of_matrices(modes_options); });
+
   bool as_markdown = false;
   CLI::App* manual_command = app.add_subcommand("manual", "Print the manual page: grapnel manual | man -l -");
   manual_command->add_flag("--markdown", as_markdown, "Print it in Markdown instead");

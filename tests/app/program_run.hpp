@@ -33,10 +33,10 @@ inline std::string complaints(const Outcome& o) {
 }
 
 /// A test with a folder of its own, removed afterwards.
-class ProgramRun : public testing::Test {
+class ProgramRun : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::temp_directory_path() /
               ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_);

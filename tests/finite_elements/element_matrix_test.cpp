@@ -1,0 +1,195 @@
+/// Matrix files: every format gives the same matrix, and what is damaged is said with its place.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "finite_elements/frame_model.hpp"
+
+namespace grapnel::testing {
+namespace element_matrix_test {
+
+using ::testing::HasSubstr;
+
+ElementMatrix read(const std::filesystem::path& path, const std::string& name = {}, char initial = 'K') {
+  FaultList faults;
+  auto matrix = read_element_matrix(path, name, initial, faults);
+  for (const Fault& fault : faults.all()) ADD_FAILURE() << fault.text();
+  return matrix.value_or(ElementMatrix());
+}
+
+void expect_equal(const ElementMatrix& read, const Eigen::MatrixXd& A, double tolerance, bool is_named) {
+  ASSERT_EQ(read.size(), A.rows());
+  EXPECT_LE((Eigen::MatrixXd(read.A) - A).cwiseAbs().maxCoeff(), tolerance * A.cwiseAbs().maxCoeff());
+  ASSERT_EQ(read.dofs.size(), is_named ? static_cast<std::size_t>(A.rows()) : 0u);
+  if (is_named) {
+    EXPECT_EQ(read.dofs[8], (ElementDof{102, 3}));
+  }
+}
+
+// In the order of their names, as align() has them.
+ElementMatrix sorted(ElementMatrix m) {
+  ElementMatrix same = m;
+  FaultList faults;
+  EXPECT_TRUE(align(m, same, faults));
+  return m;
+}
+
+TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
+  const FrameModel model = bent_mast(2);
+  const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose()), M = 0.5 * (model.M + model.M.transpose());
+  TemporaryFolder folder;
+  write_text(folder / "list.mtx", matrix_market_list(K));
+  write_text(folder / "array.mtx", matrix_market_array(K));
+  write_text(folder / "table.csv", table(K));
+  write_text(folder / "job.sti", calculix(K));
+  write_text(folder / "job.mas", calculix(M));
+  write_text(folder / "job.dof", calculix_dofs(K));
+  write_text(folder / "wide.pch", dmig("KAAX", K, DmigFields::wide) + dmig("MAAX", M, DmigFields::wide));
+  write_text(folder / "free.bdf", "CEND\nBEGIN BULK\nGRID,101,,0.,0.,0.\n" + dmig("KAAX", K, DmigFields::free));
+  write_text(folder / "dense.op4", output4("KXX", K, Output4Layout::dense) + output4("MXX", M, Output4Layout::dense));
+  write_text(folder / "strings.op4", output4("KXX", K, Output4Layout::strings));
+  write_text(folder / "wide.op4", output4("KXX", K, Output4Layout::wide_strings));
+  expect_equal(read(folder / "list.mtx"), K, 0, false);
+  expect_equal(read(folder / "array.mtx"), K, 0, false);
+  expect_equal(read(folder / "table.csv"), K, 0, false);
+  expect_equal(read(folder / "job.sti"), K, 1e-15, true);
+  expect_equal(read(folder / "job.mas"), M, 1e-15, true);
+  expect_equal(sorted(read(folder / "wide.pch")), K, 1e-9, true);
+  expect_equal(sorted(read(folder / "wide.pch", "maax")), M, 1e-9, true);
+  expect_equal(sorted(read(folder / "wide.pch", "", 'M')), M, 1e-9, true);
+  expect_equal(sorted(read(folder / "free.bdf")), K, 0, true);
+  expect_equal(read(folder / "dense.op4"), K, 1e-15, false);
+  expect_equal(read(folder / "dense.op4", "", 'M'), M, 1e-15, false);
+  expect_equal(read(folder / "strings.op4"), K, 1e-15, false);
+  expect_equal(read(folder / "wide.op4"), K, 1e-15, false);
+}
+
+// Small fields of eight characters, numbers without an E, scalar points, two rows a line.
+TEST(ElementMatrixFiles, DmigInSmallFields) {
+  TemporaryFolder folder;
+  const auto line = [](std::initializer_list<const char*> fields) {
+    std::string text;
+    for (const char* field : fields) text += fmt::format("{:>8}", field);
+    return text + "\n";
+  };
+  std::string text = line({"DMIG", "STIF", "0", "6", "1", "0"});
+  text += line({"DMIG", "STIF", "27", "1", "", "27", "1", "4.5+3", "", "+1"});
+  text += line({"+1", "50", "", "-2.5+0", "", "50", "0", "-2.5+0"});
+  text += line({"DMIG", "STIF", "50", "", "", "50", "", "7.D+0"});
+  for (std::size_t at = text.find("    DMIG"); at != std::string::npos; at = text.find("    DMIG"))
+    text.replace(at, 8, "DMIG    ");
+  text.replace(text.find("      +1      50"), 8, "+1      ");
+  write_text(folder / "small.dat", text);
+  const ElementMatrix m = sorted(read(folder / "small.dat"));
+  ASSERT_EQ(m.size(), 2);
+  EXPECT_EQ(m.dofs[0], (ElementDof{27, 1}));
+  EXPECT_EQ(m.dofs[1], (ElementDof{50, 0}));
+  EXPECT_EQ(Eigen::MatrixXd(m.A)(0, 0), 4500);
+  EXPECT_EQ(Eigen::MatrixXd(m.A)(0, 1), -5);  // entries of one place are added
+  EXPECT_EQ(Eigen::MatrixXd(m.A)(1, 1), 7);
+}
+
+TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
+  TemporaryFolder folder;
+  const auto fault = [&](const std::string& name, const std::string& text, const std::string& wanted = {}) {
+    write_text(folder / name, text);
+    FaultList faults;
+    EXPECT_FALSE(read_element_matrix(folder / name, wanted, 'K', faults)) << text;
+    if (faults.empty()) return std::string();
+    const Fault& f = faults.all()[0];
+    return fmt::format("{}:{}:{}: {}", std::filesystem::path(f.file).filename().string(), f.line, f.column, f.message);
+  };
+  EXPECT_THAT(fault("a.xlsx", ""), HasSubstr("ends in .mtx"));
+  const std::string head = "%%MatrixMarket matrix coordinate real symmetric\n";
+  EXPECT_THAT(fault("a.mtx", "1 2 3\n"), HasSubstr("a.mtx:1:1: a Matrix Market file begins with"));
+  EXPECT_THAT(fault("a.mtx", "%%MatrixMarket matrix coordinate complex hermitian\n"),
+              HasSubstr("'coordinate complex hermitian'"));
+  EXPECT_THAT(fault("a.mtx", head + "3 4 1\n1 1 1\n"), HasSubstr("a.mtx:2:3: the matrix must be square"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 2\n1 1 1\n"), HasSubstr("1 entries follow, 2 are announced"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 1\n2 2 2\n"), HasSubstr("more entries follow"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 4 1\n"), HasSubstr("a.mtx:3:3: a row or column must be from 1 to 3"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 nan\n"), HasSubstr("a.mtx:3:5: 'nan' is no finite number"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1\n"), HasSubstr("a.mtx:3:1: an entry must be"));
+  EXPECT_THAT(fault("a.mtx", head + "99999999999 99999999999 1\n"), HasSubstr("number of rows must be from 1 to"));
+  EXPECT_THAT(fault("a.mtx", head + "1 1 1\n1 1 1\n", "KAAX"), HasSubstr("have no names"));
+  EXPECT_THAT(fault("a.csv", "1, 2\n3, 4\n"), HasSubstr("not symmetric: 3 in row 2 and column 1, 2 the other way"));
+  EXPECT_THAT(fault("a.csv", "1, 2\n2\n"), HasSubstr("a.csv:2:1: this row has 1 number, the first has 2"));
+  EXPECT_THAT(fault("a.csv", "1, 2\n"), HasSubstr("1 row and 2 columns"));
+  EXPECT_THAT(fault("a.csv", "# nothing\n"), HasSubstr("no numbers"));
+  EXPECT_THAT(fault("lone.sti", "1 1 1\n"), HasSubstr("lone.dof"));
+  write_text(folder / "b.dof", "1.1\n1.9\n");
+  EXPECT_THAT(fault("b.sti", "1 1 1\n"), HasSubstr("b.dof:2:1: must be NODE.COMPONENT"));
+  write_text(folder / "b.dof", "1.1\n1.2\n");
+  EXPECT_THAT(fault("b.sti", "1 3 1\n"), HasSubstr("b.sti:1:3: a row or column must be from 1 to 2"));
+  EXPECT_THAT(fault("a.pch", "GRID,1\n"), HasSubstr("no DMIG matrix"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KB,0,6,1,0\n"),
+              HasSubstr("the file has KA, KB; say which one with --stiffness-name"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\n", "KAX"), HasSubstr("no matrix 'KAX'; did you mean 'KA'?"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,2,1,0\n"), HasSubstr("a.pch:1:11: the form of matrix KA must be 6"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,3,0\n"), HasSubstr("must be real"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\n"), HasSubstr("matrix KA has no entries"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KA,1,7,,1,1,2.0\n"),
+              HasSubstr("a.pch:2:9: must be a node and its component"));
+  EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KA,1,1,,1,1,two\n"), HasSubstr("'two' is no finite number"));
+  const std::string one = output4("KXX", Eigen::MatrixXd::Identity(2, 2), Output4Layout::dense);
+  EXPECT_THAT(fault("a.op4", "nothing\n"), HasSubstr("a.op4:1:1: the head of a matrix"));
+  EXPECT_THAT(fault("a.op4", one.substr(0, one.size() / 2)), HasSubstr("a.op4:"));
+  EXPECT_THAT(fault("a.op4", ""), HasSubstr("no OUTPUT4 matrix"));
+  // Cut anywhere, or with a byte changed: a fault or a matrix, never a crash.
+  const std::string texts[] = {one, dmig("KA", Eigen::MatrixXd::Identity(3, 3), DmigFields::wide),
+                               matrix_market_list(Eigen::MatrixXd::Identity(3, 3)),
+                               output4("KXX", Eigen::MatrixXd::Identity(3, 3), Output4Layout::strings)};
+  const char* names[] = {"c.op4", "c.pch", "c.mtx", "d.op4"};
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t at = 0; at < texts[k].size(); at += 3) {
+      for (const bool is_cut : {true, false}) {
+        std::string damaged = is_cut ? texts[k].substr(0, at) : texts[k];
+        if (!is_cut) damaged[at] = "9-x \n"[at % 5];
+        write_text(folder / names[k], damaged);
+        FaultList faults;
+        const auto matrix = read_element_matrix(folder / names[k], "", 'K', faults);
+        EXPECT_NE(matrix.has_value(), !faults.empty()) << damaged;
+      }
+    }
+  }
+}
+
+TEST(ElementMatrixFiles, BelongTogether) {
+  const FrameModel model = bent_mast(2);
+  ElementMatrix M = model.mass(), K = model.stiffness();
+  FaultList faults;
+  K.dofs.clear();
+  EXPECT_FALSE(align(M, K, faults));
+  EXPECT_THAT(faults.all().back().message, HasSubstr("the rows have no names"));
+  M.dofs.clear();
+  K.A.conservativeResize(6, 6);
+  EXPECT_FALSE(align(M, K, faults));
+  EXPECT_THAT(faults.all().back().message, HasSubstr("not of the same model"));
+  // Rows that one of them lacks are zero there.
+  ElementMatrix small{"small", Eigen::MatrixXd::Identity(2, 2).sparseView(), {{9, 1}, {3, 2}}};
+  ElementMatrix large{"large", Eigen::MatrixXd::Identity(3, 3).sparseView(), {{1, 1}, {9, 1}, {3, 2}}};
+  EXPECT_TRUE(align(small, large, faults));
+  EXPECT_EQ(small.dofs, (std::vector<ElementDof>{{1, 1}, {3, 2}, {9, 1}}));
+  EXPECT_EQ(Eigen::MatrixXd(small.A).diagonal(), Eigen::Vector3d(0, 1, 1));
+}
+
+TEST(NodePlaces, AreReadWithTheirLines) {
+  TemporaryFolder folder;
+  write_text(folder / "nodes.csv", "# node, x, y, z\n12, 0, 1.5, -2\n\n13 1 2 3  # blanks do as well\n");
+  FaultList faults;
+  const auto places = read_node_places(folder / "nodes.csv", faults);
+  ASSERT_EQ(places.size(), 2u);
+  EXPECT_EQ(places[0].node, 12);
+  EXPECT_EQ(places[0].y, 1.5);
+  EXPECT_EQ(places[1].mark.line, 4);
+  for (const char* text : {"12, 0, 1.5\n", "12, 0, 1, x\n", "1.5, 0, 0, 0\n", "\n", "1 0 0 0\n1 1 1 1\n"}) {
+    write_text(folder / "nodes.csv", text);
+    FaultList found;
+    read_node_places(folder / "nodes.csv", found);
+    EXPECT_EQ(found.size(), 1u) << text;
+  }
+}
+
+}  // namespace element_matrix_test
+}  // namespace grapnel::testing

@@ -1,0 +1,65 @@
+#pragma once
+
+/// @file
+/// A finite-element model for tests: straight beam elements in space with consistent masses, and its matrices in every
+/// format that programs write.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "grapnel/finite_elements/element_matrix.hpp"
+
+namespace grapnel::testing {
+
+struct FrameSection {
+  double EA = 7e6, EIy = 900, EIz = 400, GJ = 300;  // [N], [N m^2]
+  double mass_per_length = 2, polar = 0.003;        // [kg/m], [kg m] about its axis
+};
+
+/// Nodes from 0 on, each with six components: translations, rotations.
+struct FrameModel {
+  std::vector<Eigen::Vector3d> nodes;
+  Eigen::MatrixXd M, K;
+
+  explicit FrameModel(std::vector<Eigen::Vector3d> places);
+  void add_beam(int a, int b, const FrameSection& section);
+
+  /// As read from a file whose rows have the names of nodes from 101 on.
+  ElementMatrix mass() const;
+  ElementMatrix stiffness() const;
+};
+
+/// A beam along x from the origin, cut into equal elements.
+FrameModel straight_beam(double length, int elements, const FrameSection& section = {});
+/// A mast along x with an arm sideways and upwards at its end: no mode of it has one direction.
+FrameModel bent_mast(int elements);
+
+/// A new folder for a test's files, removed with it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void write_text(const std::filesystem::path& path, const std::string& text);
+
+// The formats, as other programs write them.
+std::string matrix_market_list(const Eigen::MatrixXd& A);   // symmetric
+std::string matrix_market_array(const Eigen::MatrixXd& A);  // general
+std::string table(const Eigen::MatrixXd& A);
+std::string calculix(const Eigen::MatrixXd& A);
+std::string calculix_dofs(const Eigen::MatrixXd& A);  // of nodes from 101 on
+enum class DmigFields { wide, free };
+std::string dmig(const std::string& name, const Eigen::MatrixXd& A, DmigFields fields);  // likewise
+enum class Output4Layout { dense, strings, wide_strings };
+std::string output4(const std::string& name, const Eigen::MatrixXd& A, Output4Layout layout);
+
+}  // namespace grapnel::testing

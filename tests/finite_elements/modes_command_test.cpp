@@ -1,0 +1,87 @@
+/// grapnel modes: from the shipped matrices to a robot that vibrates as they do, and what it says to mistakes.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "app/program_run.hpp"
+#include "finite_elements/frame_model.hpp"
+
+namespace grapnel::testing {
+namespace modes_command_test {
+
+using ::testing::HasSubstr;
+
+using ModesCommand = grapnel::test::ProgramRun;
+
+const std::string kExamples = GRAPNEL_SOURCE_DIR "/examples/finite_elements/";
+const std::string kMast =
+    fmt::format("modes --mass '{0}mast-mass.mtx' --stiffness '{0}mast-stiffness.mtx' ", kExamples);
+
+TEST_F(ModesCommand, ReadsTheShippedMatrices) {
+  // They are what their head says.
+  const FrameModel mast = bent_mast(2);
+  FaultList faults;
+  const auto mass = read_element_matrix(kExamples + "mast-mass.mtx", "", 'M', faults),
+             stiffness = read_element_matrix(kExamples + "mast-stiffness.mtx", "", 'K', faults);
+  ASSERT_TRUE(mass && stiffness);
+  EXPECT_LT((Eigen::MatrixXd(mass->A) - mast.M).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LT((Eigen::MatrixXd(stiffness->A) - mast.K).cwiseAbs().maxCoeff(), 1e-8);
+
+  const auto made = run(kMast + "--units m-kg-s --modes 6 --damping 0.005 -o mast.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("mass 7.08387 kg"));
+  EXPECT_THAT(made.out, HasSubstr("left out from 19.4046 Hz on by --modes 6"));
+  // A robot with the mast: the file's content is a link's.
+  std::istringstream lines(grapnel::test::read_text(folder_ / "mast.yaml"));
+  std::string robot = R"(name: robot
+base: {name: base, mass: 100, inertia: [20, 20, 20]}
+links:
+  - name: mast
+    parent: base
+    joint: {name: root, type: fixed, origin: {position: [0.5, 0, 0]}}
+)";
+  for (std::string line; std::getline(lines, line);) robot += "    " + line + "\n";
+  robot += R"(  - name: arm
+    parent: base
+    joint: {name: shoulder, type: revolute, axis: [0, 0, 1], origin: {position: [0, 0.5, 0]}}
+    mass: 5
+    com: [0.5, 0, 0]
+    inertia: [0.1, 0.5, 0.5]
+end_effectors:
+  - {name: hand, link: arm, position: [1, 0, 0]}
+)";
+  write("robot.yaml", robot);
+  const auto info = run("info robot.yaml");
+  EXPECT_EQ(info.code, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("0.717974 Hz"));  // the base held, which is clamped
+  EXPECT_THAT(info.out, HasSubstr("10.4388 Hz"));
+}
+
+TEST_F(ModesCommand, SaysWhatIsWrong) {
+  const auto fails = [&](const std::string& arguments, const std::string& text) {
+    const auto o = run(arguments);
+    EXPECT_EQ(o.code, 2) << arguments;
+    EXPECT_THAT(o.err, HasSubstr(text)) << arguments;
+  };
+  fails(kMast, "--units is required");
+  fails(kMast + "--units SI", "--units SI: error: must be the model's units as LENGTH-MASS-s");
+  fails(kMast + "--units m-kg-s --interface 1", "the rows of these matrices have no names");
+  fails(kMast + "--units m-kg-s --interface-rows 1 2 3 4 5 31", "six different rows from 1 to 30; 31 is not one");
+  fails(kMast + "--units m-kg-s --interface-rows 1 2 3 4 5 5", "5 is not one");
+  fails(kMast + "--units m-kg-s --modes 31", "the matrices have 30 rows only");
+  fails(kMast + "--units m-kg-s --below 0.1", "the first mode is at 0.717974 Hz");
+  fails(kMast + "--units m-kg-s --expect 0.72 1.5", "mode 2 is at 0.991342 Hz by the matrices, 1.5 Hz is expected");
+  fails(kMast + "--units m-kg-s --interface-nodes nowhere.csv", "nowhere.csv");
+  fails("modes --mass nowhere.mtx --stiffness b.sti --units mm-t-s", "nowhere.mtx");
+  write("three.csv", "1 0 0\n0 1 0\n0 0 1\n");
+  fails(fmt::format("modes --mass three.csv --stiffness '{}mast-stiffness.mtx' --units m-kg-s", kExamples),
+        "they are not of the same model");
+  EXPECT_EQ(run(kMast + "--units m-kg-s --expect 0.72 0.99").code, 0);
+  EXPECT_EQ(run(kMast + "--units m-kg-s -o nowhere/mast.yaml").code, 1);
+}
+
+}  // namespace modes_command_test
+}  // namespace grapnel::testing
