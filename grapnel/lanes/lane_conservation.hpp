@@ -101,8 +101,10 @@ class LaneConservation {
         center_(tables.link_count),
         at_origin_(tables.loop_count > 0 ? tables.coordinates : 0) {}
 
-  /// Writes one entry per tree.
-  void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, PackTree<S>* trees);
+  /// Writes one entry per tree. `spring_energy(n)`: of the spring at a link's joint that has one.
+  template <class SpringEnergy>
+  void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, SpringEnergy&& spring_energy,
+                  PackTree<S>* trees);
   /// How far the loops of the state looked at last are open. `closure(k)`: the k-th one's numbers.
   template <class Closure>
   LaneDefect<S> loop_defects(Closure&& closure) const;
@@ -173,8 +175,9 @@ LaneDefect<S> LaneConservation<S>::loop_defects(Closure&& closure) const {
 }
 
 template <class S>
+template <class SpringEnergy>
 void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v,
-                                     PackTree<S>* trees) {
+                                     SpringEnergy&& spring_energy, PackTree<S>* trees) {
   const int count = tables_.link_count;
   move(tree, q, v);
   const S zero(0.0), half(0.5);
@@ -186,6 +189,12 @@ void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, 
     const TreeLink<S>& link = tree.links[static_cast<std::size_t>(n)];
     const LinkMotion<S>& m = motion_[n];
     PackTree<S>& b = trees[tables_.tree_of[n]];
+    if (has_one_axis(link.joint)) {
+      const S rate = v[static_cast<std::size_t>(link.v)];
+      b.size.inner_energy += S(half * S(link.armature * rate)) * rate;
+      if (tables_.links[n].has_spring) b.size.inner_energy += spring_energy(n);
+    }
+    if (tables_.links[n].is_massless) continue;
     const Vector3<S> arm = m.X_WL.R * link.inertia.com();
     const Twist<S> V_WC = shift(m.V_WL, arm);
     const Vector3<S> w_L = transposed_times(m.X_WL.R, V_WC.angular);
@@ -200,10 +209,6 @@ void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, 
     b.size.linear += norm(momentum_[n].linear);
     b.size.second_moment += half * S(S(I.xx + I.yy) + I.zz);
     b.size.inner_energy += half * dot(w_L, h_L);
-    if (has_one_axis(link.joint)) {
-      const S rate = v[static_cast<std::size_t>(link.v)];
-      b.size.inner_energy += S(half * S(link.armature * rate)) * rate;
-    }
   }
   for (int t = 0; t < tables_.tree_count; ++t) {
     const S inverse = S(1.0) / trees[t].size.mass;
@@ -211,6 +216,7 @@ void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, 
     trees[t].velocity = inverse * trees[t].linear;
   }
   for (int n = 0; n < count; ++n) {
+    if (tables_.links[n].is_massless) continue;
     const S mass = tree.links[static_cast<std::size_t>(n)].inertia.mass;
     PackTree<S>& b = trees[tables_.tree_of[n]];
     const Vector3<S> r = center_[n] - b.com, own = momentum_[n].linear - mass * b.velocity;

@@ -174,10 +174,10 @@ class LaneCommands {
   int first_[S::kWidth] = {}, waiting_[S::kWidth] = {};
 };
 
-/// What drives a joint, and its friction.
+/// What drives a joint, its friction, and its spring with a damper.
 template <class S>
 struct LaneDriveValues {
-  S kp, kd, effort, viscous, coulomb, inverse_transition;
+  S kp, kd, effort, viscous, coulomb, inverse_transition, stiffness, damping, rest;
 };
 
 template <class S>
@@ -203,6 +203,11 @@ class LaneDynamics {
   /// prescribed joints in y.
   void sample(const S& t, S* y);
   LaneCommands<S>& commands() { return commands_; }
+  /// What springs hold, of a link's joint.
+  S spring_energy(int i, std::span<const S> q) const {
+    const S deflection = q[static_cast<std::size_t>(tables_.links[i].q)] - drives_[i].rest;
+    return S(0.5) * S(S(drives_[i].stiffness * deflection) * deflection);
+  }
   const LaneWheels<S>& wheels() const { return wheels_; }
   LaneLoops<S>& loops() { return loops_; }
   /// Whether a velocity is a wheel's rate.
@@ -226,7 +231,7 @@ class LaneDynamics {
   /// What a link's motor does in the state evaluated last, whatever moves the joint; zero where none is driven.
   S motor_effort(int i) const {
     const LinkTable& link = tables_.links[i];
-    return link.output == ControlOutput::motion ? S(solved_[link.v] - friction_[i]) : motor_[i];
+    return link.output == ControlOutput::motion ? S(solved_[link.v] - friction_[i] - spring_[i]) : motor_[i];
   }
 
  private:
@@ -236,9 +241,10 @@ class LaneDynamics {
   void refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& reference) const;
   void impose(S* y);
   void actuate(const S* y);
-  S friction_of(int i) const {  // not zero where any rubs
+  S beside_motor(int i) const {  // not zero where anything rubs or pulls
     return S((tables_.links[i].is_viscous ? drives_[i].viscous : S(0.0)) +
-             (tables_.links[i].has_coulomb ? drives_[i].coulomb : S(0.0)));
+             (tables_.links[i].has_coulomb ? drives_[i].coulomb : S(0.0)) +
+             (tables_.links[i].has_spring ? drives_[i].stiffness : S(0.0)));
   }
   void solve(const S* y, const LaneArray<S, std::uint8_t>& prescribed);
   void command(const S* y);
@@ -257,8 +263,8 @@ class LaneDynamics {
   LaneWheels<S> wheels_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
-  LaneArray<S> motor_, friction_;
-  LaneArray<S> pieces_;  // the interval's
+  LaneArray<S> motor_, friction_, spring_;  // friction_: dampers beside springs included
+  LaneArray<S> pieces_;                     // the interval's
   LaneNoise<S> noise_;
   LaneCommands<S> commands_;
   bool is_sampling_ = false;
@@ -283,6 +289,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
       references_(tables.link_count),
       motor_(tables.link_count),
       friction_(tables.link_count),
+      spring_(tables.link_count),
       pieces_(tables.piece_numbers),
       noise_(tables),
       commands_(tables),
@@ -351,8 +358,9 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
       load_link(lane, n, jointed_.links[jointed++]);
     }
     LaneDriveValues<S>& d = drives_[i];
-    S* values[6] = {&d.kp, &d.kd, &d.effort, &d.viscous, &d.coulomb, &d.inverse_transition};
-    for (int k = 0; k < 6; ++k) values[k]->set(lane, n[kLinkKp + k]);
+    S* values[9] = {&d.kp,        &d.kd,      &d.effort, &d.viscous, &d.coulomb, &d.inverse_transition,
+                    &d.stiffness, &d.damping, &d.rest};
+    for (int k = 0; k < 9; ++k) values[k]->set(lane, n[kLinkKp + k]);
   }
   noise_.load_case(lane, record.noise);
   outside_.load_case(lane, record);
@@ -474,7 +482,7 @@ void LaneDynamics<S>::recover(const S& t, S* y) {
                    std::span<S>(y + tables_.coordinates, static_cast<std::size_t>(tables_.velocities)));
 }
 
-// Friction, and what the control laws say: efforts, or accelerations.
+// Friction, springs, and what the control laws say: efforts, or accelerations.
 template <class S>
 void LaneDynamics<S>::actuate(const S* y) {
   const S* v = y + tables_.coordinates;
@@ -485,6 +493,11 @@ void LaneDynamics<S>::actuate(const S* y) {
     const S rate = v[link.v];
     friction_[i] = control_law::friction(link.is_viscous, drive.viscous, link.has_coulomb, drive.coulomb, rate,
                                          [&] { return tanh(S(rate * drive.inverse_transition)); });
+    spring_[i] = S(0.0);
+    if (link.has_spring) {  // (22.1)
+      spring_[i] = drive.stiffness * (drive.rest - y[link.q]);
+      friction_[i] = friction_[i] - drive.damping * rate;
+    }
     motor_[i] = S(0.0);
     if (!works_by_effort(link.output)) continue;
     if (!laws_speak()) {
@@ -525,18 +538,19 @@ template <class S>
 void LaneDynamics<S>::command(const S* y) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (has_one_axis(link.joint)) force_[link.v] = motor_[i];
+    if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + spring_[i];
   }
   solve(y, commanded_);
-  // Where nothing rubs and no effort is cut joints move as commanded, if loops let them.
+  // Where nothing rubs or pulls and no effort is cut joints move as commanded, if loops let them.
   Mask as_commanded = Mask::from_bits(Mask::kAllBits);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
     if (has_one_axis(link.joint) && link.output != ControlOutput::motion)
-      as_commanded = as_commanded & (friction_of(i) == S(0.0));
+      as_commanded = as_commanded & (beside_motor(i) == S(0.0));
     if (link.output != ControlOutput::acceleration) continue;
-    motor_[i] = control_law::within_limit(solved_[link.v], drives_[i].effort);
-    as_commanded = as_commanded & (motor_[i] == solved_[link.v]);
+    const S taken = solved_[link.v] - spring_[i];
+    motor_[i] = control_law::within_limit(taken, drives_[i].effort);
+    as_commanded = as_commanded & (motor_[i] == taken);
   }
   if (loops_.any()) contradicted_ = loops_.contradicted() & as_commanded;
 }
@@ -583,7 +597,7 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   drive(t, y);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + friction_[i];
+    if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + friction_[i] + spring_[i];
   }
   solve(y, prescribed_);
   free_.accelerate(y + nq, vdot_.data());

@@ -19,7 +19,8 @@ struct CentralInertia {
 
   explicit CentralInertia(const double* n) {
     const double m = n[kLinkMass];
-    for (int k = 0; k < 3; ++k) com[k] = n[kLinkFirstMoment + k] / m;
+    // What has no mass is nowhere, so at its origin.
+    for (int k = 0; k < 3; ++k) com[k] = m == 0 ? 0 : n[kLinkFirstMoment + k] / m;
     const double* c = com;
     const double* J = n + kLinkRotational;  // about the origin: the parallel-axis term goes
     xx = J[0] - m * (c[1] * c[1] + c[2] * c[2]), yy = J[1] - m * (c[0] * c[0] + c[2] * c[2]);

@@ -167,7 +167,9 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   const bool disturbed = s.outside.acts();
   const int integrals = kWholeCount + (disturbed ? kTreeCount * trees.count : 0);
   t.integral_count = disturbed ? integrals : kFrictionWork + 1;
-  t.dimension = s.coordinates - t.quaternion_count + s.velocities + integrals;
+  // Where springs have dampers PhaseDynamics integrates what these do in every tree.
+  const bool has_dampers = std::any_of(s.links.begin(), s.links.end(), [](const LinkTable& l) { return l.has_damper; });
+  t.dimension = s.coordinates - t.quaternion_count + s.velocities + integrals + (has_dampers ? trees.count : 0);
   t.recovers = s.recover_roots && !disturbed;
   t.loops = s.loops.data(), t.loop_count = static_cast<int>(s.loops.size());
   t.control = s.control;

@@ -53,6 +53,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     LinkTable t{};
     t.parent = link.parent, t.joint = link.joint, t.axis = link.axis, t.rotated = link.rotated;
     t.has_armature = link.armature != 0;
+    t.is_massless = link.inertia.mass == 0;
     t.q = link.q, t.v = link.v, t.sign = link.sign;
     t.piece = t.tones = t.channel = t.wheel = -1;
     tables.push_back(t);
@@ -66,6 +67,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.control = drive.control, t.output = law.output, t.reads_acceleration = law.reads_acceleration;
     t.is_viscous = friction.viscous != 0;
     t.has_coulomb = friction.coulomb != 0;
+    if (const auto& spring = body.description.joint.spring) t.has_spring = true, t.has_damper = spring->damping > 0;
     if (t.output == ControlOutput::none) continue;
     t.is_cycloidal = is_cycloidal(drive.trajectory);
     t.series = 1;
@@ -187,7 +189,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
   const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
   return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
          allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
-         allowed(own.tones >= 0, shared.tones >= 0);
+         own.has_spring == shared.has_spring && own.has_damper == shared.has_damper &&
+         own.is_massless == shared.is_massless && allowed(own.tones >= 0, shared.tones >= 0);
 }
 
 }  // namespace
@@ -212,6 +215,9 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!gyros.empty() || steering || one_by_one) return "motors of control moment gyros work";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";
+  // Works are integrated of one tree.
+  const int driven_root =
+      model.joints().empty() ? -1 : model.bodies()[static_cast<std::size_t>(model.joints().front())].root;
   for (const int body : model.joints()) {
     // The same of what joints have.
     const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
@@ -221,7 +227,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
     if (stop) return "joints have stops";
     if (motor) return "joints have motors";
-    if (spring) return "joints have springs";
+    if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
+      return "dampers work elsewhere than in the robot";
   }
   if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {
@@ -379,6 +386,10 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
     out[kLinkEffort] = joint.limits.effort;
     out[kLinkViscous] = joint.friction.viscous, out[kLinkCoulomb] = joint.friction.coulomb;
     out[kLinkInverseTransition] = 1 / joint.friction.transition_rate;
+    if (joint.spring) {
+      out[kLinkStiffness] = joint.spring->stiffness, out[kLinkDamping] = joint.spring->damping;
+      out[kLinkRest] = joint.spring->rest;
+    }
     const std::vector<NoiseSignal::Tone>& tones = drive.noise.tones();
     if (output_of(drive.control) == ControlOutput::none || tones.empty()) continue;
     double* noise = result.noise.data() + structure.links[static_cast<std::size_t>(body.placement.link)].tones;

@@ -26,6 +26,9 @@ struct LinkTable {
   bool reads_acceleration;  // likewise
   bool is_viscous;
   bool has_coulomb;
+  bool has_spring;
+  bool has_damper;    // beside it
+  bool is_massless;   // what lies between two joints of one place
   bool is_cycloidal;  // some piece of its trajectory is
   int q;
   int v;
@@ -39,10 +42,12 @@ struct LinkTable {
 };
 
 /// A link's numbers in a record: mass, first moment (3), rotational inertia xx yy zz xy xz yz, X_PF.p (3), X_PF.R (9,
-/// row by row), armature, kp, kd, effort, viscous, coulomb, 1/transition rate.
+/// row by row), armature, kp, kd, effort, viscous, coulomb, 1/transition rate, its spring's stiffness, damping and
+/// rest.
 inline constexpr int kLinkMass = 0, kLinkFirstMoment = 1, kLinkRotational = 4, kLinkPosition = 10, kLinkRotation = 13,
                      kLinkArmature = 22, kLinkKp = 23, kLinkKd = 24, kLinkEffort = 25, kLinkViscous = 26,
-                     kLinkCoulomb = 27, kLinkInverseTransition = 28, kLinkNumbers = 29;
+                     kLinkCoulomb = 27, kLinkInverseTransition = 28, kLinkStiffness = 29, kLinkDamping = 30,
+                     kLinkRest = 31, kLinkNumbers = 32;
 
 /// A smooth interval of a case: its end, the block that speaks in it, and what sampled control does as it begins: so
 /// many commands that were on their way begin to act, one after the other; sensors are read and laws speak; and then,

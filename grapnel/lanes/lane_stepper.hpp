@@ -151,6 +151,13 @@ class LaneStepper {
   void leave_in_doubt(unsigned lanes);
   void note_loops(unsigned accepted, const Mask& good, const S& error);
   void check_conservation();
+  // Momentum and energy of the states at hand, per tree.
+  void measure(PackTree<S>* trees) {
+    const std::span<const S> q = dynamics_.coordinates(y_.data());
+    conservation_(
+        dynamics_.tree(), q, dynamics_.velocities(y_.data()),
+        [&](int link) { return dynamics_.spring_energy(link, q); }, trees);
+  }
   LaneDefect<S> loop_defects() {
     return conservation_.loop_defects([&](int k) -> const LaneClosure<S>& { return dynamics_.loops().closure(k); });
   }
@@ -318,8 +325,7 @@ void LaneStepper<S>::begin(unsigned starting) {
     lanes_[l].broken = ((sound >> l) & 1U) == 0;
     if (!has_model_ && !lanes_[l].broken) keep_as_model(l);
   }
-  conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()),
-                fresh_trees_.data());
+  measure(fresh_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) {
     start_trees_[i].take(lanes, fresh_trees_[i]);
     now_trees_[i].take(lanes, fresh_trees_[i]);
@@ -653,7 +659,7 @@ PackIntegrals<S> LaneStepper<S>::since_start(int tree) const {
 // Momentum and energy of the states at hand. A lane that has not moved finds what it found before.
 template <class S>
 void LaneStepper<S>::check_conservation() {
-  conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), now_trees_.data());
+  measure(now_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
   if (has_loops()) open_.raise(loop_defects());
 }

@@ -74,6 +74,7 @@ double difference(const Campaign& campaign, const std::vector<CaseRow>& a, const
       scale = std::max(scale, std::abs(x)), change = std::max(change, std::abs(x - y));
       if (std::isnan(x) != std::isnan(y)) ADD_FAILURE() << name << ": " << x << ", " << y;
     }
+    if (change / scale > 1e-7) std::printf("%s: %g of %g\n", name.c_str(), change, scale);
     largest = std::max(largest, change / scale);
   }
   return largest;
@@ -183,6 +184,21 @@ TEST(LaneBlock, ClosedLoopsAreInLanes) {
       {"triple-arm-satellite", {{"approach.tracking", "{mode: ideal}"}, {"post_impact.duration", "10"}}, 3, 3e-7},
       {"thesis/closed-loop", {{"post_impact", "{duration: 5, joints: braked}"}}, 5, 3e-8}};
   for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
+}
+
+// Links that bend: springs, dampers and pieces without mass, in the approach and after the impact.
+TEST(LaneBlock, RobotsThatBendAreInLanes) {
+  SKIP_UNDER_SANITIZERS();
+  std::vector<Override> overrides{{"robot", "../robots/planar-dual-arm-flexible.yaml"},
+                                  {"post_impact", "{duration: 0.5}"},
+                                  {"approach.final_rates", "[0, 0, 0, 0, 0, 0]"},
+                                  {"approach.duration", "6"}};
+  for (const char* arm : {"arm-1", "arm-2"}) {
+    for (int link = 1; link <= 3; ++link)
+      overrides.push_back(
+          {"robot.links." + std::string(arm) + "-link-" + std::to_string(link) + ".beam.segments", "1"});
+  }
+  expect_lanes_as_alone({"first-plan", overrides, 3, 3e-8});
 }
 
 // The rows of the ledger that say how loops were kept closed come from lanes, and say nothing where lanes do not go.
