@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "bench/flexible_workload.hpp"
 #include "bench/operation_count.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 
@@ -81,6 +82,10 @@ void register_dynamics() {
     const auto shared = std::make_shared<const Workload>(std::move(workload));
     add_forward_dynamics(shared);
     add_others(shared);
+  }
+  for (FlexibleWorkload& flexible : flexible_targets(Cut::gauss)) {
+    benchmark::AddCustomContext("" + flexible.workload.name, flexible.description());
+    add_forward_dynamics(std::make_shared<const Workload>(std::move(flexible.workload)));
   }
   for (Workload& workload : chains()) add_forward_dynamics(std::make_shared<const Workload>(std::move(workload)));
 }

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "bench/dynamics_bench.hpp"
+#include "bench/flexible_workload.hpp"
 #include "bench/loop_workload.hpp"
 #include "engines/mujoco_engine.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
@@ -174,6 +175,10 @@ void register_mujoco() {
     add("forward_dynamics", peer, workload.name, mj_forward);
     add("mass_matrix", peer, workload.name, mass_matrix);
     add("bias", peer, workload.name, bias);
+  }
+  for (const FlexibleWorkload& flexible : flexible_targets(Cut::middles)) {
+    benchmark::AddCustomContext("mujoco:" + flexible.workload.name, flexible.description());
+    add("forward_dynamics", std::make_shared<Peer>(flexible.workload), flexible.workload.name, mj_forward);
   }
   for (const Workload& workload : chains()) {
     if (workload.model.bodies().size() > 90) break;  // MuJoCo's XML parser refuses elements nested deeper than 100
