@@ -79,8 +79,17 @@ export async function axeFaults(page) {
   await scrollThrough(page);
   // A text that the browser's own door takes: the page's policy forbids it scripts.
   await page.evaluate(readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8"));
+  return axeRun(page, {});
+}
+
+// After axeFaults(), on the same page: only what axe finds wrong with its colours.
+export function axeContrastFaults(page) {
+  return axeRun(page, { runOnly: ["color-contrast"] });
+}
+
+async function axeRun(page, options) {
   // Only violations in full: to describe every element of the thousands without a fault takes a third of the time.
-  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  const { violations } = await page.evaluate((chosen) => window.axe.run(document, { ...chosen, resultTypes: ["violations"] }), options);
   return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
 }
 
