@@ -1,21 +1,22 @@
 include(GoogleTest)
 
 # What nearly every test includes, read once: half of a test's compile time otherwise. Tests include what they use all the
-# same: a build of the tests by clang without sanitizers has no such header, and shows what is missing. Under sanitizers
-# it is there a second time, for what is compiled without optimization.
+# same: a build of the tests by clang without sanitizers has no such header, and shows what is missing. It is there a
+# second time, for what is compiled without optimization.
+set(GRAPNEL_LIGHT_TEST_OPTIONS $<$<CONFIG:Release>:-O0>)
+if(GRAPNEL_SANITIZE)
+  set(GRAPNEL_LIGHT_TEST_OPTIONS -O0)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" OR GRAPNEL_SANITIZE)
   set(GRAPNEL_TEST_HEADERS ON)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp CONTENT "")
   foreach(target grapnel_test_headers grapnel_light_test_headers)
-    if(target STREQUAL grapnel_light_test_headers AND NOT GRAPNEL_SANITIZE)
-      continue()
-    endif()
     add_library(${target} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp)
     target_link_libraries(${target} PRIVATE grapnel::options GTest::gmock)  # with the macros that tests have
     target_include_directories(${target} SYSTEM PRIVATE ${EIGEN3_INCLUDE_DIRS})
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     if(target STREQUAL grapnel_light_test_headers)
-      target_compile_options(${target} PRIVATE -O0)
+      target_compile_options(${target} PRIVATE ${GRAPNEL_LIGHT_TEST_OPTIONS})
     endif()
     target_precompile_headers(${target} PRIVATE
       <gmock/gmock.h> <gtest/gtest.h> <Eigen/Core>
@@ -32,7 +33,7 @@ function(grapnel_test_code target light own_headers)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 16)
   endif()
   if(GRAPNEL_TEST_HEADERS AND NOT own_headers)
-    if(GRAPNEL_SANITIZE AND light)
+    if(light)
       target_precompile_headers(${target} REUSE_FROM grapnel_light_test_headers)
     else()
       target_precompile_headers(${target} REUSE_FROM grapnel_test_headers)
@@ -47,8 +48,8 @@ function(grapnel_test_code target light own_headers)
   # What a test checks is the library, which is compiled at -O3 wherever the test's own code is not; at -O1 that code
   # compiles in 0.7 of the time.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  if(GRAPNEL_SANITIZE AND light)
-    target_compile_options(${target} PRIVATE -O0)
+  if(light)
+    target_compile_options(${target} PRIVATE ${GRAPNEL_LIGHT_TEST_OPTIONS})
   endif()
   target_compile_definitions(${target} PRIVATE GRAPNEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()
@@ -72,15 +73,16 @@ endfunction()
 # with ctest as <name>.<Suite>.<Case>; under sanitizers, where a process takes long to start, all of them as <name>, or as
 # <n> parts <name>.1 and so on, so that no core waits long for another at the end. Labels select: "slow" stays out of
 # sanitizer builds, "engine" compares with another engine. PROGRAM: the test runs the grapnel program, which is then built first.
-# LIGHT: the test's own code computes little. Under sanitizers it is compiled without optimization, in two fifths of the
-# time.
+# LIGHT: the test's own code computes little. Optimized and under sanitizers it is compiled without optimization, in two
+# thirds and two fifths of the time.
+# COST: seconds that its longest cases take, where these are many: what takes long begins first.
 # UNSANITIZED: stays out of sanitizer builds, as what is slow does: they would see nothing of the library there.
 # OWN_HEADERS: the sources define macros before they include Eigen, so nothing is included for them.
 #
 # In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
 # Headers below tests/ are found from there: #include "oracle/free_body.hpp".
 function(grapnel_test name)
-  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS;LIGHT;UNSANITIZED" "TIMEOUT;SHARDS" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS;LIGHT;UNSANITIZED" "TIMEOUT;SHARDS;COST" "SOURCES;LIBRARIES;LABELS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "grapnel_test(${name}): unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -132,6 +134,9 @@ function(grapnel_test name)
   set(cost 0)
   if("slow" IN_LIST ARG_LABELS)
     set(cost 10)
+  endif()
+  if(ARG_COST)
+    set(cost ${ARG_COST})
   endif()
   gtest_discover_tests(${name}
     TEST_PREFIX ${name}.
