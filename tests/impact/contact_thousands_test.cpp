@@ -1,4 +1,4 @@
-/// Ten thousand random impacts, in parts that run beside each other.
+/// Two thousand random impacts out of ten thousand, in parts that run beside each other.
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@ namespace contact_thousands_test {
 
 class ContactThousands : public ::testing::TestWithParam<int> {};
 
-TEST_P(ContactThousands, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(GetParam(), GetParam() + 1250, 1); }
+TEST_P(ContactThousands, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(GetParam(), GetParam() + 2500, 5); }
 
-INSTANTIATE_TEST_SUITE_P(From, ContactThousands, ::testing::Range(0, 10000, 1250));
+INSTANTIATE_TEST_SUITE_P(From, ContactThousands, ::testing::Range(0, 10000, 2500));
 
 }  // namespace contact_thousands_test
 }  // namespace grapnel::testing

@@ -132,7 +132,9 @@ void expect_sound(const CaptureResult& result, const std::string& what) {
 
 // The first end-effector goes from joint values within the limits to where others would take it with the base at rest.
 TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
+  int number = 0;
   for (const std::string& name : names(Kind::robots)) {
+    if (test::kSanitized && number++ % 4 != 0) continue;
     CaptureProblem alone;
     alone.robot = load_robot(name);
     if (test::kSanitized && is_flexible(alone.robot)) continue;  // minutes; tests/flexible has shorter flights
@@ -147,12 +149,15 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
     }
     const Vector3d tip = frame_pose(system.model, forward_kinematics(system.model, there), system.end_effectors[0]).p;
     const std::string& end_effector = alone.robot.end_effectors[0].name;
+    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // what bends takes long
     const CaptureProblem problem = problem_of(
         "name: " + name + "\nrobot: " + name + "\ninitial: {joints: " + list_of(begin) +
         "}\ntargets:\n  - {name: cube, ready_made: cubesat-27u, state: {position: " +
         list_of({tip[0], tip[1], tip[2] - 0.17}) + "}}\ngrasps: [{end_effector: " + end_effector +
         ", target: cube, point: end-plate, model: point, orientation: free}]\n"
-        "approach: {duration: 2 min, profile: quintic, plan: {objective: as_found}}\ncontact: {largest_gap: 1 mm}\n"
+        "approach: {duration: " +
+        duration +
+        ", profile: quintic, plan: {objective: as_found}}\ncontact: {largest_gap: 1 mm}\n"
         "impact: {duration: 10 ms}\npost_impact: {duration: 2 s}\nclearance: {enabled: false}\noutput: {interval: 1 "
         "s}\n");
     const CaptureResult result = simulate_capture(problem);
