@@ -5,6 +5,7 @@
 
 #include "campaign/fake_campaign.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace store_test {
@@ -57,7 +58,9 @@ TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
   fs::create_directories(folder.path() / "shards");
   const std::string sound = shard_bytes(campaign, fake_rows(0, 20), "fma");
   const fs::path path = shard_path(folder.path(), 0);
-  for (std::size_t at = 0; at < sound.size(); at += at + 400 < sound.size() && at > 400 ? 13 : 1) {
+  for (std::size_t at = 0; at < sound.size(); at += at + 400 < sound.size() && at > 400 ? 13
+                                                    : test::kSanitized                  ? 7
+                                                                                        : 1) {
     std::string damaged = sound;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
     write_bytes(path, damaged);

@@ -22,6 +22,7 @@ const CaptureResult& reference() {
 }
 
 TEST(ThesisClosedLoop, PlansTheReferenceSolution) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult& r = reference();
   ASSERT_TRUE(r.approach_end && r.impact) << r.failure;
   const double joints[] = {0.360186, 1.523012, 1.164168, 2.504549, -1.390707, -1.208070};
@@ -235,6 +236,7 @@ TEST(PublishedAngles, LeaveAGapAndStayClosedAsFound) {
 }
 
 TEST(PublishedAngles, WrongPositionsAloneDoNotOpenTheLoop) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::acceleration, 50));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_LT(defect(r, last_sample(r, "post_impact")), 1e-9);  // measured 1.8e-11: what integration release
@@ -245,6 +247,7 @@ TEST(PublishedAngles, WrongPositionsAloneDoNotOpenTheLoop) {
 
 // Velocities that do not fit open it, whether the angles fit or not: u' = 0 keeps the misfit for ever.
 TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
+  SKIP_UNDER_SANITIZERS();
   for (const bool fits : {false, true}) {
     CaptureProblem p = published(Law::published, IntegrationSetup::Loops::acceleration, 10);
     if (fits) {
@@ -285,6 +288,7 @@ TEST(PublishedAngles, ProjectionDoesNotHideWrongVelocities) {
 }
 
 TEST(PublishedAngles, RunOnUntilTheArmsAreStretchedAndSaysSo) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(published(Law::published, IntegrationSetup::Loops::acceleration, 50));
   EXPECT_EQ(r.status, CaptureStatus::failed);  // measured: at 46.3 s, 4.4 m open, when the arms are stretched out
   EXPECT_NE(r.failure.find("post_impact: the integration failed at t = "), std::string::npos) << r.failure;

@@ -82,6 +82,7 @@ TEST(CompliantGrasps, AreRecordedInTimeAndHoldAfterwards) {
 }
 
 TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem rigid = meeting_case(1);
   const CaptureResult plastic = simulate_capture(rigid);
   double previous = 0, rate = 0;
@@ -186,6 +187,7 @@ TEST(CompliantImpact, JointsBrakedOrDrivenAreReportedAndTheBooksBalance) {
 }
 
 TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
+  SKIP_UNDER_SANITIZERS();
   for (Joints joints : {Joints::braked, Joints::driven}) {
     CaptureProblem p = meeting_case(2);
     p.impact->joints = joints;

@@ -261,6 +261,7 @@ TEST(Loads, OnArmsAndBaseAreAllowedForByThePlan) {
 }
 
 TEST(Disturbed, RunsRepeatTheirBits) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = planned();
   control(p, 20, 50);
   p.approach->tracking.noise = TrackingNoise{1e-4, 1, 7};

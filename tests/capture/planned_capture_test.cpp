@@ -32,6 +32,7 @@ class ThesisPlan : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Cases, ThesisPlan, ::testing::Values(1, 2, 3, 4));
 
 TEST_P(ThesisPlan, ArrivesWithTheMotionAskedFor) {
+  if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   for (int rates = 0; rates < 4; ++rates) {
     SCOPED_TRACE("rates " + std::to_string(rates));
     CaptureProblem p = plan_of(load_scenario(std::string(GRAPNEL_SOURCE_DIR) + "/scenarios/thesis/open-loop-case-" +

@@ -4,13 +4,14 @@
 #include "capture/capture_case.hpp"
 #include "capture/scene_check.hpp"
 #include "grapnel/problem/problem_scene.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace scene_test {
 
 // Branched robots with joints of all kinds, links in any order.
 TEST(Scene, OfRandomRobots) {
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < test::repetitions(12); ++i) {
     const CaptureProblem problem = random_capture(i);
     const CaptureResult result = simulate_capture(problem);
     expect_complete_scene(result, problem);

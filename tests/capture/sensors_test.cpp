@@ -304,6 +304,7 @@ TEST(IdentificationInARun, FindsTheTargetToRoundingWithoutNoise) {
 }
 
 TEST(IdentificationInARun, IsWithinThreeDeviationsWithNoise) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.sensors.emplace();
   p.sensors->seed = 3;

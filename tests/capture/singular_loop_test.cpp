@@ -94,6 +94,7 @@ bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_n
 // Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may go on as a
 // parallelogram or an antiparallelogram.
 TEST(Parallelogram, IsDrivenThroughItsFlatConfiguration) {
+  SKIP_UNDER_SANITIZERS();
   for (const GraspModel model : {GraspModel::hinge, GraspModel::point}) {
     for (const RobotSetup::Base base : {RobotSetup::Base::fixed, RobotSetup::Base::free}) {
       FourBar f;
@@ -151,6 +152,7 @@ TEST(Antiparallelogram, PassesItsFlatConfiguration) {
 
 // Links that meet a coupler stretched to the full: the dead point of a crank and rocker.
 TEST(CrankAndRocker, PassesItsDeadPoints) {
+  SKIP_UNDER_SANITIZERS();
   FourBar f;
   f.width = 2.5, f.left = 0.6, f.right = 1.4, f.a = 1.0, f.b = 2.0, f.rate = 2;
   const CaptureProblem p = four_bar(f);
@@ -159,6 +161,7 @@ TEST(CrankAndRocker, PassesItsDeadPoints) {
 }
 
 TEST(FlatLoops, EveryJointControlIsAnswered) {
+  SKIP_UNDER_SANITIZERS();
   for (const Joints joints : {Joints::free, Joints::pd, Joints::braked}) {
     for (const double angle : {0.0, 1e-9, 1e-6, 1e-3}) {
       for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
@@ -251,6 +254,7 @@ TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
 // where the rank falls: at most bends the run stops there and says so; where a step slips over it, the conservation
 // checks say that the result is none.
 TEST(StretchedArms, TwoGraspsAtOnePoint) {
+  SKIP_UNDER_SANITIZERS();
   for (const double bend : {0.0, 0.3}) {
     for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
       const CaptureProblem p = stretched(0.1, bend, model, true);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fuzz/fuzz_scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::fuzz {
 namespace corpus_test {
@@ -55,6 +56,7 @@ TEST(FuzzCorpus, DamagedFilesAreRefused) {
 }
 
 TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
+  SKIP_UNDER_SANITIZERS();
   for (const fs::path& file : files_below("scenarios")) {
     if (file.extension() != ".yaml") continue;  // what scenarios name
     SCOPED_TRACE(file.string());

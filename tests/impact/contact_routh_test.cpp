@@ -9,6 +9,7 @@
 #include <map>
 
 #include "impact/contact_case.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -155,7 +156,7 @@ TEST(RouthConstruction, RandomPlanarPairs) {
   for (RestitutionHypothesis h : kHypotheses) {
     Worst worst("planar pairs: impulse against Routh's, hypothesis " + std::to_string(static_cast<int>(h)));
     std::map<std::string, int> kinds;
-    for (int i = 0; i < 3000; ++i) {
+    for (int i = 0; i < test::repetitions(3000); ++i) {
       SCOPED_TRACE(seed_note(i));
       Random random(90000 + i);
       PlanarPair pair;
@@ -171,7 +172,7 @@ TEST(RouthConstruction, RandomPlanarPairs) {
       ++kinds[compare(pair, h, worst, i)];
     }
     for (const char* kind : {"slides", "sticks before", "sticks after", "reverses before", "reverses after"}) {
-      EXPECT_GT(kinds[kind], 50) << kind;
+      EXPECT_GT(kinds[kind], test::repetitions(50) / 2) << kind;
     }
   }
 }

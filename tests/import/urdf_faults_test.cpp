@@ -5,6 +5,7 @@
 #include <random>
 
 #include "import/urdf_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace urdf_faults_test {
@@ -191,7 +192,7 @@ TEST(UrdfFaults, DamagedFilesAreReadOrRefused) {
   std::mt19937 random(3);
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   int read = 0, refused = 0;
-  for (int k = 0; k < 3000; ++k) {
+  for (int k = 0; k < test::repetitions(3000); ++k) {
     std::string text = texts[below(texts.size())];
     const std::size_t at = below(text.size());
     switch (below(6)) {
@@ -229,8 +230,8 @@ TEST(UrdfFaults, DamagedFilesAreReadOrRefused) {
       ++refused;
     }
   }
-  EXPECT_GT(read, 500);
-  EXPECT_GT(refused, 500);
+  EXPECT_GT(read, test::repetitions(500));
+  EXPECT_GT(refused, test::repetitions(500));
 }
 
 }  // namespace urdf_faults_test

@@ -14,6 +14,7 @@
 
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace plugin_capture_test {
@@ -68,6 +69,7 @@ TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
 
 // The same with sensors: plugin and law see the same readings, which are not the truth.
 TEST(PluginCapture, SeesWhatSensorsRead) {
+  SKIP_UNDER_SANITIZERS();
   const std::vector<Override> sensors = {{"sensors",
                                           "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: "
                                           "1e-3}, gyro: {noise: 1e-3, bias: [1e-3, "

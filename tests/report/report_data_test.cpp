@@ -16,6 +16,7 @@
 #include "grapnel/result/result_documents.hpp"
 #include "report/report_folder.hpp"
 #include "result/sample_result.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace report_data_test {
@@ -195,7 +196,7 @@ TEST_F(ReportDataOf, NoDamageBesidesTheSummaryIsFatal) {
   int noted = 0;
   for (const char* file : {"scene.json", "timeseries.h5"}) {
     const std::string sound = bytes_of(folder / file);
-    for (std::size_t k = 0; k < 40; ++k) {
+    for (std::size_t k = 0; k < 40; k += test::kSanitized ? 8 : 1) {
       const std::size_t at = k * sound.size() / 40;
       std::string altered = sound;
       altered[at] = static_cast<char>(altered[at] ^ 0x14);
@@ -206,7 +207,7 @@ TEST_F(ReportDataOf, NoDamageBesidesTheSummaryIsFatal) {
     }
     put_bytes(folder / file, sound);
   }
-  EXPECT_GT(noted, 120);  // of 160
+  EXPECT_GT(noted, test::repetitions(120));  // of 160
 }
 
 TEST_F(ReportDataOf, FilesOfAnotherRunAreNoted) {
@@ -284,6 +285,7 @@ TEST_F(ReportDataOf, TwoRunsAreCompared) {
 }
 
 TEST_F(ReportDataOf, ALongRunStaysSmall) {
+  SKIP_UNDER_SANITIZERS();
   const TimeSeries s = test::sliding_series(100'000);
   write_run(folder.path(), "sample", "0123456789abcdef", s);
   EXPECT_EQ(run()["series"]["of"], 200'000);

@@ -36,8 +36,8 @@ class DamagedHdf5 : public testing::Test {
 };
 
 TEST_F(DamagedHdf5, CutAtAnyLengthIsAnError) {
-  const std::size_t step = bytes_.size() / static_cast<std::size_t>(test::repetitions(1000)) + 1;
-  for (std::size_t length = 0; length < bytes_.size(); length += length < 200 ? 1 : step) {
+  const std::size_t step = bytes_.size() / static_cast<std::size_t>(test::repetitions(test::repetitions(1000))) + 1;
+  for (std::size_t length = 0; length < bytes_.size(); length += length < 200 ? (test::kSanitized ? 7 : 1) : step) {
     if (length == bytes_.size() - 16) continue;  // all but the checksum: below
     put_bytes(path_, bytes_.substr(0, length));
     ASSERT_THAT(message(), HasSubstr("cannot read " + path_.string())) << length;

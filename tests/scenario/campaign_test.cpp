@@ -95,8 +95,9 @@ TEST(Campaign, ACaseIsAFunctionOfItsNumber) {
                              "\nuncertain:\n  - {path: targets.target-1.mass, uniform: {from: 8, to: 12}}\n";
     const Campaign one = load(folder, text), two = load(folder, text);
     std::vector<double> forward;
-    for (std::uint64_t k = 0; k < 50; ++k) forward.push_back(one.draw(k)[0]);
-    for (std::uint64_t k = 50; k-- > 0;) EXPECT_EQ(two.draw(k)[0], forward[k]);
+    constexpr std::uint64_t kDrawn = test::repetitions(50);
+    for (std::uint64_t k = 0; k < kDrawn; ++k) forward.push_back(one.draw(k)[0]);
+    for (std::uint64_t k = kDrawn; k-- > 0;) EXPECT_EQ(two.draw(k)[0], forward[k]);
     EXPECT_EQ(one.sha256, two.sha256);
     EXPECT_NO_THROW(one.problem(123456));  // beyond the file's: an extended campaign
   }
@@ -123,6 +124,7 @@ TEST(Campaign, ThePlanIsMadeOnce) {
 
 // With it the time of capture is chosen once, and stated from then on.
 TEST(Campaign, TheTimeOfCaptureIsChosenOnce) {
+  SKIP_UNDER_SANITIZERS();
   const test::TemporaryFolder folder;
   const std::string text =
       head() +
@@ -401,7 +403,7 @@ TEST(Campaign, ChoicesOfNumbersMayStandForLists) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, gains + "uncertain: [{path: approach.tracking.kp, discrete: {values: [40, 60]}}]\n");
-  for (std::uint64_t k = 0; k < 20; ++k) {
+  for (std::uint64_t k = 0; k < test::repetitions(20); ++k) {
     const double drawn = campaign.draw(k)[0];
     EXPECT_THAT(campaign.problem(k).problem.approach->tracking.kp, testing::Each(drawn)) << k;
   }
@@ -462,6 +464,7 @@ TEST(Campaign, APointThatCannotBePlannedIsKnownAfterwards) {
 }
 
 TEST(Campaign, ShippedOnesHaveNoFaults) {
+  SKIP_UNDER_SANITIZERS();
   for (const char* name :
        {"studies/thesis-uncertain-target.yaml", "studies/thesis-monte-carlo.yaml", "studies/thesis-success-map.yaml"}) {
     const Campaign campaign = load_campaign(shipped(name));

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace inputs_test {
@@ -79,7 +80,7 @@ TEST(Names, HoldNoControlCharacters) {
 
 TEST(Messages, StayShort) {
   std::string links;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < test::repetitions(3000); ++i) {
     const std::string name = std::string(150, 'n') + std::to_string(i);
     links += "    - {name: " + name + ", parent: base, joint: {name: " + name +
              ", type: revolute, axis: [0, 0, 1]}, mass: 1, inertia: [1, 1, 1]}\n";

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::test {
 namespace plausibility_test {
@@ -22,6 +23,7 @@ Edit with_shape(const std::string& shape) {
 }
 
 TEST(Warnings, NoneOfWhatIsShipped) {
+  SKIP_UNDER_SANITIZERS();
   for (const auto& path : shipped_scenarios()) {
     SCOPED_TRACE(path);
     std::vector<Fault> warnings;

@@ -6,6 +6,7 @@
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/faults.hpp"
 #include "study/study_case.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace read_study_test {
@@ -148,6 +149,7 @@ TEST(ReadStudy, FilesAreReadOnce) {
 }
 
 TEST(ReadStudy, ShippedStudiesHaveNoFaults) {
+  SKIP_UNDER_SANITIZERS();
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(test::shipped("studies"))) {
     SCOPED_TRACE(entry.path().string());
