@@ -405,7 +405,26 @@ class Reduction {
       omega2.push_back(order[k].first);
       shapes.col(static_cast<Index>(k)) = x.col(order[k].second);
     }
-    return true;
+    return n <= kDense || none_is_missing(omega2);
+  }
+  // Iterations can miss one of several modes of one frequency. Of K - s M as many pivots are negative as there are
+  // modes below s (Sylvester's law of inertia): s lies in the widest gap among the last modes.
+  bool none_is_missing(const std::vector<double>& omega2) {
+    std::size_t below = omega2.size() - 1;
+    for (std::size_t k = omega2.size() / 2; k < omega2.size(); ++k) {
+      if (k > 0 && omega2[k] / omega2[k - 1] > omega2[below] / omega2[std::max<std::size_t>(below, 1) - 1]) below = k;
+    }
+    if (below == 0) return true;
+    const double between = std::sqrt(omega2[below] * omega2[below - 1]);
+    const SparseCholesky shifted(Sparse(K_ii_ - between * M_ii_));
+    if (shifted.info() != Eigen::Success) return true;  // nothing can be said
+    const auto found = static_cast<Index>(below), there = (shifted.vectorD().array() < 0).count();
+    if (there == found) return true;
+    faults_.add(
+        mark_of(stiffness_),
+        fmt::format("of the {} modes below {:.6g} Hz the search for them found {}; ask for another number of modes",
+                    there, std::sqrt(between) / kTwoPi, found));
+    return false;
   }
   bool indefinite_mass() {
     faults_.add(mark_of(mass_), "the mass matrix is indefinite: some motion would have a negative kinetic energy");
