@@ -30,12 +30,10 @@ Meeting meeting(const CaptureProblem& problem, const CaptureResult& result, std:
 }
 
 std::size_t last_sample(const CaptureResult& result, const std::string& phase) {
-  std::size_t last = result.series.time.size();
-  for (std::size_t s = 0; s < result.series.time.size(); ++s) {
-    if (result.series.phases.at(static_cast<std::size_t>(result.series.phase[s])) == phase) last = s;
+  for (std::size_t s = result.series.time.size(); s-- > 0;) {  // from the end: loops ask again for every sample
+    if (result.series.phases.at(static_cast<std::size_t>(result.series.phase[s])) == phase) return s;
   }
-  if (last == result.series.time.size()) throw std::out_of_range("no sample of phase " + phase);
-  return last;
+  throw std::out_of_range("no sample of phase " + phase);
 }
 
 std::size_t sample_at(const CaptureResult& result, const std::string& phase, double time) {
