@@ -116,12 +116,12 @@ int print_schema(const SchemaOptions& options);
 int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
 int info(const std::filesystem::path& robot);
 
-/// Arguments of `grapnel import`; what they mean is said at the key `import` of scenarios.
+/// Arguments of `grapnel modes`.
 struct ModesOptions {
   std::filesystem::path mass, stiffness;
-  std::string mass_name,
-      stiffness_name;  // of the matrix in its file; empty: the only one, or the one with M or K first
-  std::string units;   // LENGTH-MASS-s
+  // Of the matrix in its file; empty: the only one, or the one with M or K first.
+  std::string mass_name, stiffness_name;
+  std::string units;  // LENGTH-MASS-s
   std::optional<long long> interface_node;
   std::filesystem::path interface_nodes;  // NODE, X, Y, Z
   std::vector<int> interface_rows;        // from 1
@@ -134,6 +134,7 @@ struct ModesOptions {
 };
 int modes_of_matrices(const ModesOptions& options);
 
+/// Arguments of `grapnel import`; what they mean is said at the key `import` of scenarios.
 struct ImportCommandOptions {
   std::filesystem::path model;   // .urdf or .xml
   std::filesystem::path output;  // the robot file

@@ -337,9 +337,8 @@ class Reduction {
   bool is_free(const MatrixXd& K, const MatrixXd& M, const std::vector<double>& omega2, ComponentModes& result) {
     const Cholesky factor(M);
     if (factor.info() != Eigen::Success) return indefinite_mass();
-    const MatrixXd L = factor.matrixL();
-    const MatrixXd half = L.triangularView<Eigen::Lower>().solve(K);
-    const MatrixXd A = L.triangularView<Eigen::Lower>().solve(MatrixXd(half.transpose()));
+    const MatrixXd half = lower_solution(factor, K);
+    const MatrixXd A = lower_solution(factor, MatrixXd(half.transpose()));
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(MatrixXd(0.5 * (A + A.transpose())));
     const double largest = std::max(std::abs(solver.eigenvalues()[0]), std::abs(solver.eigenvalues()[5]));
     result.grounding = std::sqrt(largest) / kTwoPi;

@@ -151,15 +151,14 @@ std::string modes_fault(const BodyDescription& link) {
   // What the modes leave, I - P P^T, must move with a positive kinetic energy (22.9b). With I = L L^T the largest
   // eigenvalue of L^-1 P P^T L^-T is the part of the body that modes move in the direction where they move most.
   const Matrix6 I = matrix_of(RigidBodyInertiad::about_com(link.mass, link.com, link.inertia));
-  const Eigen::MatrixXd L = Cholesky(I).matrixL();
-  const Eigen::MatrixXd half = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd(P2));
-  const Eigen::MatrixXd part = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd(half.transpose()));
+  const Cholesky factor(I);
+  const Eigen::MatrixXd half = lower_solution(factor, Eigen::MatrixXd(P2));
+  const Eigen::MatrixXd part = lower_solution(factor, Eigen::MatrixXd(half.transpose()));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(0.5 * (part + part.transpose())));
   const double most = solver.eigenvalues()[5];
   const bool moves = link.joint.type != JointType::fixed;
   if (most > 1 + kExcess || (moves && most > 1 - kExcess)) {
-    const Eigen::Matrix<double, 6, 1> u =
-        L.transpose().triangularView<Eigen::Upper>().solve(Eigen::VectorXd(solver.eigenvectors().col(5)));
+    const Eigen::Matrix<double, 6, 1> u = upper_solution(factor, Eigen::VectorXd(solver.eigenvectors().col(5)));
     return fmt::format(
         "together the modes move {:.6g} times what the body has in one direction, mostly {}: {}; check units "
         "(kg^(1/2), kg^(1/2) m about the frame's origin) and the body's mass and inertia",

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 
 namespace grapnel::testing {
@@ -53,6 +54,15 @@ inline std::vector<int> velocities_of(const Model& model, const std::string& bod
   std::vector<int> velocities;
   for (int k = 0; k < velocity_count(b.description.joint.type); ++k) velocities.push_back(b.v + k);
   return velocities;
+}
+
+/// Inertia of everything in its zero posture, about the world's origin.
+inline RigidBodyInertiad total_of(const Model& model) {
+  const Kinematics k = forward_kinematics(model, zero_state(model));
+  RigidBodyInertiad total = RigidBodyInertiad::zero();
+  for (std::size_t i = 0; i < model.bodies().size(); ++i)
+    total += shift_origin(world_inertia(model, k, static_cast<int>(i)), k.X_WB[i].p);
+  return total;
 }
 
 }  // namespace grapnel::testing

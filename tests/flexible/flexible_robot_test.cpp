@@ -13,14 +13,6 @@ namespace flexible_robot_test {
 
 using ::testing::HasSubstr;
 
-RigidBodyInertiad total_of(const Model& model) {
-  const Kinematics k = forward_kinematics(model, zero_state(model));
-  RigidBodyInertiad total = RigidBodyInertiad::zero();
-  for (std::size_t i = 0; i < model.bodies().size(); ++i)
-    total += shift_origin(world_inertia(model, k, static_cast<int>(i)), k.X_WB[i].p);
-  return total;
-}
-
 // A link of 12 kg, of which the beam has 6 from (0.1, 0.2, 0) on along y.
 RobotSetup with_link() {
   RobotSetup robot = only_base(100, 20);

@@ -31,14 +31,6 @@ BodyDescription panel_with_modes() {
   return panel;
 }
 
-RigidBodyInertiad total_of(const Model& model) {
-  const Kinematics k = forward_kinematics(model, zero_state(model));
-  RigidBodyInertiad total = RigidBodyInertiad::zero();
-  for (std::size_t i = 0; i < model.bodies().size(); ++i)
-    total += shift_origin(world_inertia(model, k, static_cast<int>(i)), k.X_WB[i].p);
-  return total;
-}
-
 // The same panel with as many modes of any direction as a body can have, which move `part` of it in every direction:
 // P P^T = part I. Their masses together are more than the panel's.
 BodyDescription panel_with_modes_of_any_direction(unsigned seed, double part) {
