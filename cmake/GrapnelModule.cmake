@@ -15,8 +15,8 @@ endfunction()
 # Defines grapnel::<name>, and Grapnel::<name> as it is called by those who find Grapnel installed. Its headers are visible as
 # "grapnel/<name>/..." only to targets that link it: each module's include directory holds a link to that module alone, so that an
 # include against the dependency order does not compile. Installed they lie in one directory. TEXT: the module reads and writes text
-# and files, once per command and never per case, and is compiled at -O1. LIGHT, which TEXT implies: the module computes little, and is
-# compiled without optimization under sanitizers, in two fifths of the time.
+# and files, once per command and never per case. LIGHT, which TEXT implies: the module computes little itself. Both are compiled at -O1, in
+# two thirds of the time, and without optimization under sanitizers, in two fifths.
 function(grapnel_module name)
   cmake_parse_arguments(ARG "TEXT;LIGHT" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   list(FIND GRAPNEL_MODULES ${name} own_rank)
@@ -46,7 +46,7 @@ function(grapnel_module name)
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
     endif()
     grapnel_position_independent(${target})
-    if(ARG_TEXT)
+    if(ARG_TEXT OR ARG_LIGHT)
       target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()
     if(GRAPNEL_SANITIZE AND (ARG_TEXT OR ARG_LIGHT))

@@ -26,7 +26,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" OR GRAPNEL_SANITIZE)
 endif()
 
 # How the tests' own code is compiled: executables and the libraries that they share.
-function(grapnel_test_code target light own_headers)
+function(grapnel_test_code target light computes own_headers)
+  if(GRAPNEL_SANITIZE AND NOT computes)
+    set(light ON)
+  endif()
   get_target_property(sources ${target} SOURCES)
   # Nearly as modules are: sixteen files compile as one. Every file has a namespace of its name for what is its own.
   if(NOT own_headers)
@@ -54,27 +57,28 @@ function(grapnel_test_code target light own_headers)
   target_compile_definitions(${target} PRIVATE GRAPNEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endfunction()
 
-# grapnel_test_library(<name> SOURCES <file>... [LIBRARIES <target>...] [OWN_HEADERS] [LIGHT])
+# grapnel_test_library(<name> SOURCES <file>... [LIBRARIES <target>...] [OWN_HEADERS] [LIGHT] [COMPUTES])
 #
 # Defines what several tests share: static, with the include folder tests/; LIBRARIES are those of its headers.
 function(grapnel_test_library name)
-  cmake_parse_arguments(ARG "OWN_HEADERS;LIGHT" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "OWN_HEADERS;LIGHT;COMPUTES" "" "SOURCES;LIBRARIES" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR}/tests)
   # GTest: what is included for all tests (above) is compiled with its definitions.
   target_link_libraries(${name} PUBLIC ${ARG_LIBRARIES} grapnel::options PRIVATE GTest::gmock)
-  grapnel_test_code(${name} "${ARG_LIGHT}" "${ARG_OWN_HEADERS}")
+  grapnel_test_code(${name} "${ARG_LIGHT}" "${ARG_COMPUTES}" "${ARG_OWN_HEADERS}")
 endfunction()
 
 # grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM]
-#              [SHARDS <n>] [OWN_HEADERS] [LIGHT] [UNSANITIZED])
+#              [SHARDS <n>] [OWN_HEADERS] [LIGHT] [COMPUTES] [UNSANITIZED])
 #
 # Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
 # with ctest as <name>.<Suite>.<Case>; under sanitizers, where a process takes long to start, all of them as <name>, or as
 # <n> parts <name>.1 and so on, so that no core waits long for another at the end. Labels select: "slow" stays out of
 # sanitizer builds, "engine" compares with another engine. PROGRAM: the test runs the grapnel program, which is then built first.
-# LIGHT: the test's own code computes little. Optimized and under sanitizers it is compiled without optimization, in two
-# thirds and two fifths of the time.
+# LIGHT: the test's own code computes little, and is compiled without optimization in optimized builds as well, in two thirds of
+# the time. Under sanitizers all tests are, in two fifths of the time, but those that
+# COMPUTES marks: their own code computes so much that they would take longer to run by more than it saves.
 # COST: seconds that its longest cases take, where these are many: what takes long begins first.
 # UNSANITIZED: stays out of sanitizer builds, as what is slow does: they would see nothing of the library there.
 # OWN_HEADERS: the sources define macros before they include Eigen, so nothing is included for them.
@@ -82,7 +86,7 @@ endfunction()
 # In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
 # Headers below tests/ are found from there: #include "oracle/free_body.hpp".
 function(grapnel_test name)
-  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS;LIGHT;UNSANITIZED" "TIMEOUT;SHARDS;COST" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS;LIGHT;COMPUTES;UNSANITIZED" "TIMEOUT;SHARDS;COST" "SOURCES;LIBRARIES;LABELS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "grapnel_test(${name}): unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -103,7 +107,7 @@ function(grapnel_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main grapnel::options)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-  grapnel_test_code(${name} "${ARG_LIGHT}" "${ARG_OWN_HEADERS}")
+  grapnel_test_code(${name} "${ARG_LIGHT}" "${ARG_COMPUTES}" "${ARG_OWN_HEADERS}")
   target_compile_definitions(${name} PRIVATE
     $<$<TARGET_EXISTS:grapnel>:GRAPNEL_PROGRAM="$<TARGET_FILE:grapnel>">)
   if(ARG_PROGRAM)
