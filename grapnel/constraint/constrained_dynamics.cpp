@@ -89,10 +89,10 @@ struct LoopSolver::Implementation {
     for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links, q);
   }
 
-  // Factors the scaled W for what articulated_inertias() left in `links`.
-  void prepare(const std::vector<LinkScratch<double>>& links, const DynamicsInput<double>& in) {
-    locate_all(links, in.q);
-    columns.carry(paths, places, links, in);
+  // Factors the scaled W for what articulated_inertias() left in `workspace`.
+  void prepare(const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
+    locate_all(workspace.links, in.q);
+    columns.carry(paths, places, workspace, in);
     columns.contact_inertia(contact);
     const std::span<double> A = factor.matrix();
     for (int i = 0; i < row_total; ++i) {
@@ -177,14 +177,14 @@ struct LoopSolver::Implementation {
                Workspace& workspace) {
     const DynamicsInput<double> in = at_rest(q, prescribed);
     articulated_inertias<double>(model.tree(), in, workspace.kernel);
-    prepare(workspace.kernel.links, in);
+    prepare(workspace.kernel, in);
     move_all({}, v, workspace.kernel.links);
   }
 
   // Change of velocities `step` and of links' twists (their A) by impulses `rows`, after refresh().
   void respond(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace) {
-    columns.release(workspace.kernel.links);
-    columns.impose(rows, prescribed, workspace.kernel.links);
+    columns.release(workspace.kernel);
+    columns.impose(rows, prescribed, workspace.kernel);
     articulated_accelerations<double>(model.tree(), at_rest(q, prescribed), workspace.kernel, step, ignored_force);
   }
 
@@ -329,7 +329,7 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
     return;
   }
   articulated_inertias<double>(s.model.tree(), in, workspace.kernel);
-  s.prepare(links, in);
+  s.prepare(workspace.kernel, in);
   const double size = s.acceleration_rows(links, s.u);  // J I^-1 phi + Jdot v
   if (feedback > 0) {
     s.velocity_rows(links, s.work);
@@ -340,7 +340,7 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
   s.solve(size);  // (2.11)
   // (2.12) and the tree's own accelerations in one sweep. Roots keep what their articulated equation needs: the wrench
   // on a held or fixed one is read from it.
-  s.columns.impose(s.rows, in.prescribed, links);
+  s.columns.impose(s.rows, in.prescribed, workspace.kernel);
   articulated_accelerations<double>(s.model.tree(), in, workspace.kernel, vdot, force);
   // Where nothing yields, as between braked joints, the terms cancel on the way and their sizes say nothing: what
   // counts are the accelerations that the two sides then have.

@@ -53,6 +53,15 @@ GRAPNEL_INLINE void dot_all(const Bundle& b, const SpatialAccelerationd& A, Pack
   for (int k = 0; k < 3; ++k) sum += A.angular[k] * b.f[k] + A.linear[k] * b.f[3 + k];
 }
 
+template <OneAxis Joint>
+GRAPNEL_INLINE void rotate_behind(Joint, const LinkScratch<double>& w, Bundle& b) {
+  if constexpr (Joint::kTurns) {
+    constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
+    turn(b, i, j, w.angle.sine, w.angle.cosine);
+    turn(b, 3 + i, 3 + j, w.angle.sine, w.angle.cosine);
+  }
+}
+
 // Through a joint with one degree of freedom: F - G K goes on. `free`: what the link's own motion adds to F.A.
 template <OneAxis Joint>
 GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, std::span<const double>,
@@ -70,11 +79,7 @@ GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, std::span<co
     for (int k = 0; k < 3; ++k) b.f[k] -= w.G.angular[k] * K, b.f[3 + k] -= w.G.linear[k] * K;
   }
   dot_all(b, w.bias, free);
-  if constexpr (Joint::kTurns) {
-    constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
-    turn(b, i, j, w.angle.sine, w.angle.cosine);
-    turn(b, 3 + i, 3 + j, w.angle.sine, w.angle.cosine);
-  }
+  rotate_behind(joint, w, b);
 }
 
 // Through a spherical joint, which takes all moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is taken from the
@@ -106,7 +111,31 @@ GRAPNEL_INLINE void pass(Spherical, const TreeLink<double>& link, std::span<cons
   rotate_all(b, w.R_FL);
 }
 
-int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : velocity_count(link.joint); }
+// Through a joint that moves by the modes of a chain: what the wrenches do on the modes is summed in `shares`, and at
+// the innermost joint of the chain F - G Y goes on, Y = L^-1 shares. There the modes' own acceleration -L^-T (y + G^T
+// A') adds -Y y to F.A.
+template <OneAxis Joint>
+GRAPNEL_INLINE void pass_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain,
+                               const ChainScratch& c, const LinkScratch<double>& w, std::span<ClosureRow> shares,
+                               Bundle& b, ClosureRow* y, Pack& free) {
+  const auto m = static_cast<std::size_t>(chain.modes);
+  const Pack K = link.sign * b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
+  const double* shape = chain.row(link.member);
+  for (std::size_t i = 0; i < m; ++i) shares[i].r += shape[i] * K;
+  free = Pack{};
+  dot_all(b, w.bias, free);
+  if (link.member == 0) {
+    for (std::size_t i = 0; i < m; ++i) {
+      Pack x = shares[i].r;
+      for (std::size_t k = 0; k < i; ++k) x -= c.D[i * m + k] * y[k].r;
+      y[i].r = x / c.D[i * m + i];
+      shares[i].r = Pack{};
+      free -= c.y[i] * y[i].r;
+      for (int k = 0; k < 3; ++k) b.f[k] -= c.U[i].angular[k] * y[i].r, b.f[3 + k] -= c.U[i].linear[k] * y[i].r;
+    }
+  }
+  rotate_behind(joint, w, b);
+}
 
 // Row by row products of two closures' rows, added: block(r, :) += a(r) b.
 GRAPNEL_INLINE void add_product(const ClosureRow& a, const ClosureRow& b, Pack (&block)[6]) {
@@ -127,7 +156,7 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
   for (const LoopPath& path : paths) {
     const auto add = [&](int link) {
       steps_.push_back({link, slot});
-      slot += slots_of(tree.links[link]);
+      slot += slots_of(link);
     };
     Way way{};
     way.first_step = static_cast<int>(steps_.size()), way.first_slot = slot;
@@ -157,13 +186,16 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
   }
   root_factor_.resize(roots_.size());
   y_.resize(slot), raw_.resize(slot);
+  std::size_t modes = 0;
+  for (const ModalChain& chain : tree.chains) modes = std::max(modes, static_cast<std::size_t>(chain.modes));
+  shares_.resize(modes), shares_of_b_.resize(modes);
   for (std::size_t k = 0; k < ways_.size(); ++k) {
     for (std::size_t l = 0; l < k; ++l) {
       Pair pair{static_cast<int>(k), static_cast<int>(l), {}};
       for (int s = ways_[k].first_step; s < ways_[k].end; ++s) {
         for (int t = ways_[l].first_step; t < ways_[l].end; ++t) {
           if (steps_[s].link != steps_[t].link) continue;
-          for (int i = 0; i < slots_of(tree.links[steps_[s].link]); ++i) {
+          for (int i = 0; i < slots_of(steps_[s].link); ++i) {
             pair.slots.push_back({steps_[s].slot + i, steps_[t].slot + i});
           }
         }
@@ -171,6 +203,14 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
       if (!pair.slots.empty()) pairs_.push_back(std::move(pair));
     }
   }
+}
+
+// A root's six, a joint's own; the innermost joint of a chain has the chain's modes, the others one for when it is
+// prescribed.
+int LoopColumns::slots_of(int link) const {
+  const TreeLink<double>& l = tree_.links[link];
+  if (l.parent < 0) return 6;
+  return l.chain >= 0 && l.member == 0 ? tree_.chains[l.chain].modes : velocity_count(l.joint);
 }
 
 // I = L D L^T of a free root's articulated inertia.
@@ -200,14 +240,15 @@ void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const Dyna
 }
 
 void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
-                        std::span<const LinkScratch<double>> links, const DynamicsInput<double>& in) {
+                        const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
+  const std::span<const LinkScratch<double>> links = workspace.links;
   for (int root : roots_) {
     if (!is_prescribed(in.prescribed, root)) factor_root(root, links[root], in);
   }
   for (std::size_t k = 0; k < paths.size(); ++k) {
     const Way& way = ways_[k];
     Pack sum{}, squares{};
-    const auto climb = [&](Bundle& b, int first, int end) {
+    const auto climb = [&](Bundle& b, int first, int end, std::span<ClosureRow> shares) {
       for (int s = first; s < end; ++s) {
         const int n = steps_[s].link, slot = steps_[s].slot;
         const TreeLink<double>& link = tree_.links[n];
@@ -215,6 +256,14 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
         const bool rigid = is_prescribed(in.prescribed, n);
         Pack free{};
         visit_joint(link, [&](auto joint) {
+          if constexpr (OneAxis<decltype(joint)>) {
+            if (link.chain >= 0 && !rigid) {
+              for (int i = 0; i < slots_of(n); ++i) y_[slot + i].r = Pack{};
+              pass_modal(joint, link, tree_.chains[link.chain], workspace.chains[link.chain], w, shares, b, &y_[slot],
+                         free);
+              return;
+            }
+          }
           if constexpr (!kIsRoot<decltype(joint)>)
             pass(joint, link, in.force, w, rigid, b, &y_[slot], &raw_[slot], inverse_root_[n], free);
         });
@@ -225,12 +274,14 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
       }
     };
     Bundle b = unit_wrenches(way.unit, paths[k].X_aC, 1);
-    climb(b, way.first_step, way.end_a);
+    climb(b, way.first_step, way.end_a, shares_);
     Bundle other = unit_wrenches(way.unit, places[k].X_bC, -1);
-    climb(other, way.end_a, way.end_b);
+    climb(other, way.end_a, way.end_b, shares_of_b_);
     if (way.end - way.first_root == 1) {
       for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
-      climb(b, way.end_b, way.first_root);
+      // Where they meet on a link of a chain, what they have done on its modes so far goes on in one.
+      for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i].r += shares_of_b_[i].r, shares_of_b_[i].r = Pack{};
+      climb(b, way.end_b, way.first_root, shares_);
     } else {
       Pack at_root_b;
       arrive(steps_[way.first_root + 1], other.f, in, at_root_b);
@@ -302,7 +353,8 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
 }
 
 void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
-                         std::span<LinkScratch<double>> links) const {
+                         DynamicsWorkspace<double>& workspace) const {
+  const std::span<LinkScratch<double>> links = workspace.links;
   for (const Way& way : ways_) {
     double x[8] = {};
     std::copy_n(rows.begin() + way.first_row, way.rows, x);
@@ -319,6 +371,10 @@ void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint
         for (int k = 0; k < 3; ++k) w.p.angular[k] -= weighted(raw_[slot + k], x);
       } else if (is_prescribed(prescribed, n)) {
         (turns_about_axis(link.joint) ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
+      } else if (link.chain >= 0) {
+        if (link.member > 0) continue;
+        ChainScratch& c = workspace.chains[link.chain];
+        for (std::size_t i = 0; i < c.y.size(); ++i) c.y[i] -= weighted(y_[slot + static_cast<int>(i)], x);
       } else {
         w.g += inverse_root_[n] * weighted(y_[slot], x);
       }
@@ -326,8 +382,13 @@ void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint
   }
 }
 
-void LoopColumns::release(std::span<LinkScratch<double>> links) const {
-  for (const Step& step : steps_) links[step.link].g = 0, links[step.link].p = Wrenchd::zero();
+void LoopColumns::release(DynamicsWorkspace<double>& workspace) const {
+  for (const Step& step : steps_) {
+    workspace.links[step.link].g = 0, workspace.links[step.link].p = Wrenchd::zero();
+    if (const int chain = tree_.links[step.link].chain; chain >= 0) {
+      for (double& y : workspace.chains[chain].y) y = 0;
+    }
+  }
 }
 
 namespace {

@@ -9,7 +9,8 @@
 ///
 ///   W = J M^-1 J^T = Y^T Y                                                                                     (8.7)
 ///
-/// costs a number of operations proportional to the joints on the closure's way. Joints whose acceleration is
+/// costs a number of operations proportional to the joints on the closure's way. Joints that move by the modes of a
+/// chain have the rows L^-1 sum of s^T K of its modes together. Joints whose acceleration is
 /// prescribed pass wrenches on whole and have no row. The same wrenches give the closure's relative acceleration
 /// without multipliers before any acceleration is known: what a link's acceleration A = X A_parent + c + S (g - G.A)
 /// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. A closure between two trees has a way to each
@@ -101,9 +102,9 @@ class LoopColumns {
  public:
   LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths);
 
-  /// Carries the unit wrenches of all closures to the root. `links`: as articulated_inertias() left them for `in`.
+  /// Carries the unit wrenches of all closures to the root. `workspace`: as articulated_inertias() left it for `in`.
   void carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
-             std::span<const LinkScratch<double>> links, const DynamicsInput<double>& in);
+             const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in);
 
   /// W, rows x rows, row-major.
   void contact_inertia(std::span<double> W) const;
@@ -115,10 +116,10 @@ class LoopColumns {
 
   /// Makes wrenches or impulses `rows` on the closures act in the third sweep, articulated_accelerations().
   void impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
-              std::span<LinkScratch<double>> links) const;
+              DynamicsWorkspace<double>& workspace) const;
 
   /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
-  void release(std::span<LinkScratch<double>> links) const;
+  void release(DynamicsWorkspace<double>& workspace) const;
 
  private:
   // Where a closure's rows at one link are: from `slot` on in y_ and raw_.
@@ -151,6 +152,7 @@ class LoopColumns {
   bool is_prescribed(std::span<const std::uint8_t> prescribed, int link) const {
     return !prescribed.empty() && prescribed[tree_.links[link].v] != 0;
   }
+  int slots_of(int link) const;
   void arrive(const Step& step, const ClosureRow::Pack (&F)[6], const DynamicsInput<double>& in,
               ClosureRow::Pack& free);
   void factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in);
@@ -158,14 +160,15 @@ class LoopColumns {
   const Tree<double>& tree_;
   std::vector<Step> steps_;
   std::vector<Way> ways_;
-  std::vector<Pair> pairs_;              // closures that have links in common
-  std::vector<ClosureRow> y_;            // zero where prescribed
-  std::vector<ClosureRow> raw_;          // S^T F at prescribed and spherical joints, F at roots
-  std::vector<Sums> sums_;               // per closure
-  std::vector<double> inverse_root_;     // per link: D^-1/2
-  std::vector<int> roots_;               // free roots with loops
-  std::vector<RootFactor> root_factor_;  // likewise
-  std::vector<int> root_factor_of_;      // per link
+  std::vector<Pair> pairs_;                       // closures that have links in common
+  std::vector<ClosureRow> y_;                     // zero where prescribed
+  std::vector<ClosureRow> raw_;                   // S^T F at prescribed and spherical joints, F at roots
+  std::vector<ClosureRow> shares_, shares_of_b_;  // of the chain under way, per mode: what the wrenches do on it
+  std::vector<Sums> sums_;                        // per closure
+  std::vector<double> inverse_root_;              // per link: D^-1/2
+  std::vector<int> roots_;                        // free roots with loops
+  std::vector<RootFactor> root_factor_;           // likewise
+  std::vector<int> root_factor_of_;               // per link
 };
 
 }  // namespace grapnel

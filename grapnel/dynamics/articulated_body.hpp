@@ -35,11 +35,35 @@ struct LinkScratch {
   Momentum<S> momentum;           // likewise, about the link's origin
 };
 
+/// Scratch of the joints that move by the modes of a chain, (4.13) to (4.16) of docs/theory.md; nobody but the kernels
+/// reads it.
+struct ChainScratch {
+  std::vector<Wrenchd> U;  // per mode: the wrench at the link under way that its unit acceleration takes; then G
+  std::vector<double> D;   // modes x modes: inertia of the modes; then L, D = L L^T, below its diagonal
+  std::vector<double> y;   // per mode: bias r; then L^-1 r
+  std::vector<double> acceleration;  // per mode
+  explicit ChainScratch(const ModalChain& chain)
+      : U(static_cast<std::size_t>(chain.modes)), D(U.size() * U.size()), y(U.size()), acceleration(U.size()) {}
+};
+
+// As TreeChains.
 template <class S>
-struct DynamicsWorkspace {
+struct ChainScratches {
+  ChainScratches() = default;
+  explicit ChainScratches(const Tree<S>&) {}
+};
+template <>
+struct ChainScratches<double> {
+  std::vector<ChainScratch> chains;
+  ChainScratches() = default;
+  explicit ChainScratches(const Tree<double>& tree) : chains(tree.chains.begin(), tree.chains.end()) {}
+};
+
+template <class S>
+struct DynamicsWorkspace : ChainScratches<S> {
   std::vector<LinkScratch<S>> links;
   DynamicsWorkspace() = default;
-  explicit DynamicsWorkspace(const Tree<S>& tree) : links(tree.links.size()) {}
+  explicit DynamicsWorkspace(const Tree<S>& tree) : ChainScratches<S>(tree), links(tree.links.size()) {}
 };
 
 /// What drives a tree. Spans that may be empty mean zero (or nothing prescribed).
@@ -55,6 +79,9 @@ struct DynamicsInput {
   Vector3<S> gravity = Vector3<S>::zero();  // in W [m/s^2]
 };
 
+/// Joints that move by the modes of a chain do so for doubles alone; with other scalars they move by themselves, and
+/// their velocities are taken to be those that their modes have. A chain is prescribed as a whole or not at all.
+///
 /// Accelerations vdot of all velocities, and the generalized force at each: as given, or, where the acceleration is
 /// prescribed, the force that it takes. All spans have Tree::velocities entries.
 template <class S>
@@ -68,7 +95,8 @@ void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, Dynam
 
 /// The third sweep. In between, whoever wants further forces to act may change what the second sweep left: a force x at
 /// a joint with one degree of freedom adds x / (S^T I S + armature) to its g; a wrench on a root, or a moment on a
-/// spherical joint, or the force along a prescribed joint, is taken from its p.
+/// spherical joint, or the force along a prescribed joint, is taken from its p; forces x on the modes of a chain take
+/// L^-1 x from its y.
 template <class S>
 void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                                std::span<S> vdot, std::span<S> force);

@@ -24,6 +24,10 @@ bool is_prescribed(const DynamicsInput<S>& in, int v) {
 template <class S>
 inline constexpr bool kPlacesFirst = !std::is_same_v<S, double>;
 
+// Whether joints may move by the modes of a chain.
+template <class S>
+inline constexpr bool kHasChains = std::is_same_v<S, double>;
+
 // Where the links are on their joints. In a sweep of its own because sines and cosines are long chains of operations
 // that do not wait for each other.
 template <class S>
@@ -66,7 +70,8 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
 
 // Second sweep, tips to root: articulated inertias.
 template <class S>
-void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, std::vector<LinkScratch<S>>& scratch) {
+void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace) {
+  std::vector<LinkScratch<S>>& scratch = workspace.links;
   for (std::size_t n = tree.links.size(); n-- > 0;) {
     const TreeLink<S>& link = tree.links[n];
     LinkScratch<S>& w = scratch[n];
@@ -76,6 +81,15 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, std::vecto
     LinkScratch<S>& parent = scratch[link.parent];
     const bool rigid = is_prescribed(in, link.v);
     visit_joint(link, [&](auto joint) {
+      if constexpr (kHasChains<S>) {
+        if constexpr (OneAxis<decltype(joint)>) {
+          if (link.chain >= 0 && !rigid) {
+            send_modal(joint, link, tree.chains[link.chain], in.force, w, workspace.chains[link.chain], carrier,
+                       parent);
+            return;
+          }
+        }
+      }
       if constexpr (kIsRoot<decltype(joint)>) {
       } else if (rigid) {
         send_rigid(joint, link, in.acceleration, w, carrier, parent);
@@ -115,8 +129,9 @@ void solve_root(const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch
 
 // Third sweep, root to tips: accelerations.
 template <class S>
-void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, std::vector<LinkScratch<S>>& scratch,
+void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                            std::span<S> vdot, std::span<S> force) {
+  std::vector<LinkScratch<S>>& scratch = workspace.links;
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
@@ -128,6 +143,15 @@ void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, std:
     const bool rigid = is_prescribed(in, link.v);
     visit_joint(link, [&](auto joint) {
       if constexpr (!kIsRoot<decltype(joint)>) {
+        if constexpr (kHasChains<S>) {
+          if constexpr (OneAxis<decltype(joint)>) {
+            if (link.chain >= 0 && !rigid) {
+              w.A = motion_to_link(joint, link, w, scratch[link.parent].A);
+              accelerate_modal(joint, link, tree.chains[link.chain], in, w, workspace.chains[link.chain], vdot, force);
+              return;
+            }
+          }
+        }
         w.A = motion_to_link(joint, link, w, scratch[link.parent].A) + w.bias;
         accelerate(joint, link, in, rigid, w, vdot, force);
       }
@@ -140,21 +164,21 @@ void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, std:
 template <class S>
 void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace) {
   articulated_body_steps::outward_velocities(tree, in, workspace.links);
-  articulated_body_steps::inward_inertias(tree, in, workspace.links);
+  articulated_body_steps::inward_inertias(tree, in, workspace);
 }
 
 template <class S>
 void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                                std::span<S> vdot, std::span<S> force) {
-  articulated_body_steps::outward_accelerations(tree, in, workspace.links, vdot, force);
+  articulated_body_steps::outward_accelerations(tree, in, workspace, vdot, force);
 }
 
 template <class S>
 void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                       std::span<S> vdot, std::span<S> force) {
   articulated_body_steps::outward_velocities(tree, in, workspace.links);
-  articulated_body_steps::inward_inertias(tree, in, workspace.links);
-  articulated_body_steps::outward_accelerations(tree, in, workspace.links, vdot, force);
+  articulated_body_steps::inward_inertias(tree, in, workspace);
+  articulated_body_steps::outward_accelerations(tree, in, workspace, vdot, force);
 }
 
 }  // namespace grapnel

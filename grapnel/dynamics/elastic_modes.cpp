@@ -14,66 +14,77 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatrixXd block_of(const MatrixXd& M, const std::vector<int>& rows, const std::vector<int>& columns) {
-  MatrixXd block(rows.size(), columns.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < columns.size(); ++j)
-      block(static_cast<Index>(i), static_cast<Index>(j)) = M(rows[i], columns[j]);
+// What has springs, as coordinates d: joints one by one, and the modes of chains.
+struct Sprung {
+  MatrixXd shapes;               // velocities x coordinates
+  MatrixXd stiffness, damping;   // over the coordinates
+  std::vector<std::uint8_t> is;  // per velocity: whether its joint has a spring
+};
+
+Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
+  const auto is_locked = [&](int v) { return std::find(locked.begin(), locked.end(), v) != locked.end(); };
+  const auto n = static_cast<Index>(model.velocities());
+  Sprung sprung;
+  sprung.is.resize(static_cast<std::size_t>(n));
+  VectorXd k = VectorXd::Zero(n), c = VectorXd::Zero(n);
+  std::vector<VectorXd> columns;
+  for (const int body : model.springs()) {
+    const Body& b = model.bodies()[body];
+    const TreeLink<double>& link = model.tree().links[b.placement.link];
+    sprung.is[b.v] = 1;
+    k[b.v] = b.description.joint.spring->stiffness, c[b.v] = b.description.joint.spring->damping;
+    if (link.chain < 0) {
+      if (!is_locked(b.v)) columns.push_back(VectorXd::Unit(n, b.v));
+      continue;
+    }
+    const ModalChain& chain = model.tree().chains[link.chain];
+    if (link.member > 0 || std::any_of(chain.velocities.begin(), chain.velocities.end(), is_locked)) continue;
+    for (int mode = 0; mode < chain.modes; ++mode) {
+      columns.push_back(VectorXd::Zero(n));
+      for (std::size_t j = 0; j < chain.velocities.size(); ++j)
+        columns.back()[chain.velocities[j]] = chain.row(static_cast<int>(j))[mode];
+    }
   }
-  return block;
+  sprung.shapes.resize(n, static_cast<Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) sprung.shapes.col(static_cast<Index>(i)) = columns[i];
+  sprung.stiffness = sprung.shapes.transpose() * k.asDiagonal() * sprung.shapes;
+  sprung.damping = sprung.shapes.transpose() * c.asDiagonal() * sprung.shapes;
+  return sprung;
 }
 
 }  // namespace
 
 std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, std::span<const int> locked) {
-  const auto is_locked = [&](int v) { return std::find(locked.begin(), locked.end(), v) != locked.end(); };
-  std::vector<int> sprung, others;  // velocities
-  std::vector<double> stiffness, damping;
-  std::vector<std::uint8_t> has_spring(static_cast<std::size_t>(model.velocities()));
-  for (const int body : model.springs()) {
-    const Body& b = model.bodies()[body];
-    has_spring[b.v] = 1;
-    if (is_locked(b.v)) continue;
-    sprung.push_back(b.v);
-    stiffness.push_back(b.description.joint.spring->stiffness);
-    damping.push_back(b.description.joint.spring->damping);
-  }
+  const Sprung sprung = sprung_coordinates(model, locked);
+  const Index n = sprung.shapes.cols();
+  if (n == 0) return {};
+  std::vector<int> others;  // velocities
   for (int v = 0; v < model.velocities(); ++v) {
-    if (!has_spring[v] && !is_locked(v)) others.push_back(v);
+    if (!sprung.is[v] && std::find(locked.begin(), locked.end(), v) == locked.end()) others.push_back(v);
   }
-  if (sprung.empty()) return {};
-  const MatrixXd M = mass_matrix(model, state);
-  MatrixXd reduced = block_of(M, sprung, sprung);
+  const MatrixXd M = mass_matrix(model, state), M_d = M * sprung.shapes;
+  MatrixXd reduced = sprung.shapes.transpose() * M_d;
   MatrixXd follow;  // what is free of springs answers: y = -follow d
   if (!others.empty()) {
-    const MatrixXd M_yd = block_of(M, others, sprung);
-    follow = cholesky_solution(Cholesky(block_of(M, others, others)), M_yd);
+    const MatrixXd M_yd = M_d(others, Eigen::all);
+    follow = cholesky_solution(Cholesky(MatrixXd(M(others, others))), M_yd);
     reduced -= M_yd.transpose() * follow;
   }
-  // With d = K^-1/2 z: K^-1/2 M* K^-1/2 z = z / omega^2.
-  const auto n = static_cast<Index>(sprung.size());
-  VectorXd root(n);
-  for (Index i = 0; i < n; ++i) root[i] = 1 / std::sqrt(stiffness[static_cast<std::size_t>(i)]);
-  const MatrixXd scaled = root.asDiagonal() * reduced * root.asDiagonal();
+  // With K = L L^T and d = L^-T z: L^-1 M* L^-T z = z / omega^2.
+  const Cholesky root(sprung.stiffness);
+  const MatrixXd half = lower_solution(root, reduced);
+  const MatrixXd scaled = lower_solution(root, MatrixXd(half.transpose()));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (scaled + scaled.transpose()));
   std::vector<ElasticMode> modes;
   for (Index i = n; i-- > 0;) {
     const double omega = 1 / std::sqrt(solver.eigenvalues()[i]);
     if (!std::isfinite(omega)) continue;  // what springs hold there has no inertia
-    const VectorXd d = omega * (root.asDiagonal() * solver.eigenvectors().col(i));
+    const VectorXd d = omega * upper_solution(root, VectorXd(solver.eigenvectors().col(i)));
     ElasticMode mode;
     mode.frequency = omega / (2 * std::numbers::pi);
-    mode.shape = VectorXd::Zero(model.velocities());
-    double loss = 0;
-    for (Index k = 0; k < n; ++k) {
-      mode.shape[sprung[static_cast<std::size_t>(k)]] = d[k];
-      loss += damping[static_cast<std::size_t>(k)] * d[k] * d[k];
-    }
-    mode.damping_ratio = loss / (2 * omega);
-    if (!others.empty()) {
-      const VectorXd y = -follow * d;
-      for (std::size_t k = 0; k < others.size(); ++k) mode.shape[others[k]] = y[static_cast<Index>(k)];
-    }
+    mode.shape = sprung.shapes * d;
+    mode.damping_ratio = d.dot(sprung.damping * d) / (2 * omega);
+    if (!others.empty()) mode.shape(others) = VectorXd(-follow * d);
     modes.push_back(std::move(mode));
   }
   return modes;

@@ -20,8 +20,10 @@ struct ElasticMode {
 
 /// The modes of vibration, slowest first, as many as there are springs that can move: those at frequency zero, in which
 /// the system moves as a whole, are left out exactly, by eliminating what no spring holds: with y what is free of
-/// springs and d what has one, M* = M_dd - M_dy M_yy^-1 M_yd, K d = omega^2 M* d (22.7). `locked`: velocities that stay
-/// zero (a base that is held, joints that are braked). Springs are at rest, and gravity, rates and loops count nothing.
+/// springs and d what has one, M* = M_dd - M_dy M_yy^-1 M_yd, K d = omega^2 M* d (22.7). Joints that move by
+/// the modes of a chain are in d by these, and stay zero together if one of them is locked. `locked`: velocities that
+/// stay zero (a base that is held, joints that are braked). Springs are at rest, and gravity, rates and loops count
+/// nothing.
 std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, std::span<const int> locked);
 
 /// What a mode does to the free root `body` that would have to hold it, where that is locked: row by row (angular, then

@@ -1,5 +1,7 @@
 #include "grapnel/dynamics/kinematics.hpp"
 
+#include "grapnel/dynamics/modal_chains.hpp"
+
 #include <stdexcept>
 
 namespace grapnel {
@@ -67,6 +69,7 @@ void point_jacobian(const Model& model, const Kinematics& kinematics, int body, 
         [&](int v, const Vector3d& axis) { write_column(J, v, axis, cross(axis, arm)); },
         [&](int v, const Vector3d& axis) { write_column(J, v, Vector3d::zero(), axis); });
   }
+  project_columns(model.tree(), J);
 }
 
 Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics, int frame) {

@@ -32,7 +32,8 @@ Posed frame_pose(const Model& model, const Kinematics& kinematics, int frame);
 Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame);
 
 /// Jacobian of a point fixed on a body, 6 x velocities: twist [angular; linear] of the body at the point, in W, is J v
-/// (2.1): the columns of a free root are J_b, those of the joints J_m. `p_WP`: the point's position in W.
+/// (2.1): the columns of a free root are J_b, those of the joints J_m. `p_WP`: the point's position in W. Where joints
+/// move by modes it is J Pi of modal_chains.hpp.
 void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
                     Eigen::Ref<Eigen::MatrixXd> J);
 /// Jacobian of a frame at its origin.

@@ -1,6 +1,7 @@
 #include "grapnel/dynamics/mass_matrix.hpp"
 
 #include "grapnel/dynamics/composite_body.hpp"
+#include "grapnel/dynamics/modal_chains.hpp"
 #include "grapnel/dynamics/newton_euler.hpp"
 
 namespace grapnel {
@@ -9,6 +10,7 @@ void mass_matrix(const Model& model, const State& state, Workspace& workspace, E
   M.resize(model.velocities(), model.velocities());
   // Symmetric, so row-major and column-major storage are the same numbers.
   composite_body<double>(model.tree(), state.q, workspace.kernel, std::span<double>(M.data(), M.size()));
+  project_mass_matrix(model.tree(), M);
 }
 
 Eigen::MatrixXd mass_matrix(const Model& model, const State& state) {

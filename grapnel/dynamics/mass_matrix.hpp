@@ -9,7 +9,8 @@
 
 namespace grapnel {
 
-/// The mass matrix M of (2.7), rotors included; velocities x velocities. Allocates nothing if `M` has that size.
+/// The mass matrix M of (2.7), rotors included; velocities x velocities. Allocates nothing if `M` has that size, unless
+/// joints move by modes: M is then that of modal_chains.hpp.
 void mass_matrix(const Model& model, const State& state, Workspace& workspace, Eigen::MatrixXd& M);
 Eigen::MatrixXd mass_matrix(const Model& model, const State& state);
 

@@ -5,6 +5,8 @@
 /// go back, how a joint gives way. One overload per kind of joint, chosen once per link by `visit_joint`; the sweeps
 /// and the lanes know no kinds.
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "grapnel/dynamics/articulated_body.hpp"
@@ -510,6 +512,115 @@ GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const Dynamic
     w.A.angular += rate;
     for (int k = 0; k < 3; ++k) vdot[link.v + k] = rate[k], force[link.v + k] = torque[k];
   }
+}
+
+// --- Joints that move by the modes of a chain: (4.13) to (4.16) of docs/theory.md. -----------------------------------
+//
+// Of what lies beyond a joint, with A' the acceleration that arrives at its link from the inside, the joint passes on
+// the wrench I A' + p + U eta'', and what the modes ask of the joints met so far is D eta'' + r + U^T A' = 0. One joint
+// more, which adds c + S s eta'' to A', s = sign times its row of shapes, makes of these
+//   D + U^T S s + s^T S^T U + s^T (S^T I S) s,   r + U^T c + s^T (S^T (p + I c) - force),   U + I S s,   p + I c,
+// and I stays. At the innermost joint of the chain the modes are eliminated, D = L L^T, G = U L^-T, y = L^-1 r:
+//   I_a = I - G G^T,   p_a = p - G y,   eta'' = -L^-T (y + G^T A').
+
+/// In place: D = L L^T, and what follows from it of U and r.
+inline void factor_modes(int modes, ChainScratch& c) {
+  const auto m = static_cast<std::size_t>(modes);
+  for (std::size_t j = 0; j < m; ++j) {
+    for (std::size_t k = 0; k < j; ++k) c.D[j * m + j] -= c.D[j * m + k] * c.D[j * m + k];
+    c.D[j * m + j] = std::sqrt(c.D[j * m + j]);
+    for (std::size_t i = j + 1; i < m; ++i) {
+      for (std::size_t k = 0; k < j; ++k) c.D[i * m + j] -= c.D[i * m + k] * c.D[j * m + k];
+      c.D[i * m + j] /= c.D[j * m + j];
+    }
+  }
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      c.U[i] -= c.D[i * m + k] * c.U[k];
+      c.y[i] -= c.D[i * m + k] * c.y[k];
+    }
+    const double inverse = 1 / c.D[i * m + i];
+    c.U[i] = inverse * c.U[i], c.y[i] *= inverse;
+  }
+}
+
+inline void subtract_product(const Wrenchd& G, ArticulatedInertia<double>& I) {
+  const Vector3d &a = G.angular, &l = G.linear;
+  I.J.xx -= a[0] * a[0], I.J.yy -= a[1] * a[1], I.J.zz -= a[2] * a[2];
+  I.J.xy -= a[0] * a[1], I.J.xz -= a[0] * a[2], I.J.yz -= a[1] * a[2];
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) I.H[r][c] -= a[r] * l[c];
+  }
+  I.M.xx -= l[0] * l[0], I.M.yy -= l[1] * l[1], I.M.zz -= l[2] * l[2];
+  I.M.xy -= l[0] * l[1], I.M.xz -= l[0] * l[2], I.M.yz -= l[1] * l[2];
+}
+
+/// I S of a joint of one axis.
+template <int K>
+GRAPNEL_INLINE Wrenchd axis_column(Revolute<K>, const ArticulatedInertia<double>& I) {
+  return {{I.J(0, K), I.J(1, K), I.J(2, K)}, {I.H[K][0], I.H[K][1], I.H[K][2]}};
+}
+template <int K>
+GRAPNEL_INLINE Wrenchd axis_column(Prismatic<K>, const ArticulatedInertia<double>& I) {
+  return {{I.H[0][K], I.H[1][K], I.H[2][K]}, {I.M(0, K), I.M(1, K), I.M(2, K)}};
+}
+
+/// The second sweep's step.
+template <OneAxis Joint>
+void send_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain, std::span<const double> force,
+                LinkScratch<double>& w, ChainScratch& c, const TreeLink<double>& carrier, LinkScratch<double>& parent) {
+  const auto m = static_cast<std::size_t>(chain.modes);
+  if (link.member + 1 == static_cast<int>(chain.links.size())) {
+    std::fill(c.U.begin(), c.U.end(), Wrenchd::zero());
+    std::fill(c.D.begin(), c.D.end(), 0.0);
+    std::fill(c.y.begin(), c.y.end(), 0.0);
+  }
+  const double* shape = chain.row(link.member);
+  ArticulatedInertia<double> I = loaded(w.I);
+  const Wrenchd IS = axis_column(joint, I);
+  Wrenchd p = w.p + I * w.bias;
+  const double lacking = along(joint, p) - link.sign * force[link.v], inertia = joint_inertia(joint, link, w);
+  for (std::size_t i = 0; i < m; ++i) {
+    const double s = link.sign * shape[i], US = along(joint, c.U[i]);
+    for (std::size_t k = 0; k <= i; ++k)
+      c.D[i * m + k] += US * (link.sign * shape[k]) + s * (along(joint, c.U[k]) + inertia * (link.sign * shape[k]));
+    c.y[i] += dot(c.U[i].angular, w.bias.angular) + dot(c.U[i].linear, w.bias.linear) + s * lacking;
+  }
+  for (std::size_t i = 0; i < m; ++i) c.U[i] += (link.sign * shape[i]) * IS;
+  if (link.member == 0) {
+    factor_modes(chain.modes, c);
+    for (std::size_t i = 0; i < m; ++i) {
+      subtract_product(c.U[i], I);
+      p -= c.y[i] * c.U[i];
+    }
+  } else {
+    for (Wrenchd& U : c.U) U = force_to_parent(joint, link, w, U);
+  }
+  rotate_inertia(joint, w, I);
+  shift_to_parent(link, w.p_PL, I);
+  receive(carrier, I, force_to_parent(joint, link, w, p), parent);
+}
+
+/// The third sweep's step, where the parent's acceleration has arrived in w.A.
+template <OneAxis Joint>
+void accelerate_modal(Joint joint, const TreeLink<double>& link, const ModalChain& chain,
+                      const DynamicsInput<double>& in, LinkScratch<double>& w, ChainScratch& c, std::span<double> vdot,
+                      std::span<double> force) {
+  const auto m = static_cast<std::size_t>(chain.modes);
+  if (link.member == 0) {
+    for (std::size_t i = m; i-- > 0;) {
+      double sum = -c.y[i] - dot(c.U[i].angular, w.A.angular) - dot(c.U[i].linear, w.A.linear);
+      for (std::size_t k = i + 1; k < m; ++k) sum -= c.D[k * m + i] * c.acceleration[k];
+      c.acceleration[i] = sum / c.D[i * m + i];
+    }
+  }
+  const double* shape = chain.row(link.member);
+  double rate = 0;
+  for (std::size_t i = 0; i < m; ++i) rate += shape[i] * c.acceleration[i];
+  w.A = w.A + w.bias;
+  along(joint, w.A) += link.sign * rate;
+  vdot[link.v] = rate;
+  force[link.v] = in.force[link.v];
 }
 
 // --- Roots. ----------------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/composite_body.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/modal_chains.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 
@@ -398,6 +399,8 @@ DualMatrix body_jacobian(const Model& model, const DualSystem& system, int body,
     };
     each_direction(link.joint, link.v, X.R, Dual(link.sign) * X.R.column(link.axis), turning, travelling);
   }
+  project_columns(model.tree(), J.value);
+  project_columns(model.tree(), J.derivative);
   return J;
 }
 
@@ -439,7 +442,7 @@ DualMatrix vary_mobility(const Model& model, const Kinematics& kinematics, const
 }
 
 // M by the composite-body kernel.
-DualMatrix vary_mass_matrix(const DualSystem& system) {
+DualMatrix vary_mass_matrix(const Model& model, const DualSystem& system) {
   const int n = system.tree.velocities;
   DynamicsWorkspace<Dual> workspace(system.tree);
   std::vector<Dual> M(static_cast<std::size_t>(n) * n);
@@ -449,6 +452,8 @@ DualMatrix vary_mass_matrix(const DualSystem& system) {
     result.value.data()[i] = M[i].value;
     result.derivative.data()[i] = M[i].derivative;
   }
+  project_mass_matrix(model.tree(), result.value);
+  // Of its derivative only what it does on velocities that there are counts, and nothing else is asked.
   return result;
 }
 
@@ -476,7 +481,7 @@ VariedImpact vary_impact(const Model& model, const State& state, std::span<const
   for (const Grasp& g : grasps) rows += row_count(g.model);
 
   VariedImpact impact;
-  impact.M = vary_mass_matrix(system);
+  impact.M = vary_mass_matrix(model, system);
   const Eigen::MatrixXd empty_J = Eigen::MatrixXd::Zero(rows, model.velocities());
   const Eigen::MatrixXd empty_D = Eigen::MatrixXd::Zero(rows, rows);
   impact.J = {empty_J, empty_J};

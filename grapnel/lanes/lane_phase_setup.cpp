@@ -221,12 +221,14 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   for (const int body : model.joints()) {
     // The same of what joints have.
     const auto& [name, type, axis, limits, joint_friction, rotor_inertia, gear_ratio, rotor_axis, motor, spring,
-                 elasticity] = model.bodies()[static_cast<std::size_t>(body)].description.joint;
+                 elasticity, modal] = model.bodies()[static_cast<std::size_t>(body)].description.joint;
     const auto& [viscous, coulomb, transition_rate, friction_model, static_effort] = joint_friction;
     const auto& [lower, upper, rate, effort, stop] = limits;
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
     if (stop) return "joints have stops";
     if (motor) return "joints have motors";
+    if (modal) return "links bend by their own modes";
+    if (spring && spring->backlash > 0) return "gears have backlash";
     if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
       return "dampers work elsewhere than in the robot";
   }

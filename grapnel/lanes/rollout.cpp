@@ -54,6 +54,8 @@ bool is_stopped(void* context) { return static_cast<const std::stop_token*>(cont
 Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
   if (!(setup.step > 0 && std::isfinite(setup.step)))
     throw std::invalid_argument("rollout: the step must be positive and finite");
+  if (!model.tree().chains.empty())
+    throw std::invalid_argument("rollout: joints of this model move by modes, of which lanes know nothing");
   if (setup.substeps < 1) throw std::invalid_argument("rollout: there must be at least one substep");
   for (const int body : model.joints()) joints_.push_back(driven(model.bodies()[body], setup.friction));
   for (const int root : setup.held) {

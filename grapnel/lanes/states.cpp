@@ -1,5 +1,7 @@
 #include "grapnel/lanes/states.hpp"
 
+#include <stdexcept>
+
 namespace grapnel::lanes {
 namespace {
 
@@ -27,10 +29,13 @@ States::States(const Model& model, InstructionSet set)
     : tables_{model.tree().links.data(), static_cast<int>(model.tree().links.size()), model.coordinates(),
               model.velocities()},
       run_(states_of(set)),
-      run_few_(set == InstructionSet::sse2 ? run_ : run_lane_states_one_lane) {}
+      run_few_(set == InstructionSet::sse2 ? run_ : run_lane_states_one_lane),
+      has_chains_(!model.tree().chains.empty()) {}
 
 void States::run(const StateCases& cases) const {
   // A pack costs no less for lanes that nobody needs, and more memory is set up for it.
+  if (has_chains_ && (cases.accelerations || cases.mass_matrix))
+    throw std::invalid_argument("lanes: joints of this model move by modes, of which lanes know nothing");
   constexpr std::int64_t kFew = 2;
   (cases.count <= kFew ? run_few_ : run_)(tables_, cases);
 }

@@ -23,13 +23,15 @@ class States {
   States(const States&) = delete;
   States& operator=(const States&) = delete;
 
-  /// On the calling thread.
+  /// On the calling thread. @throws std::invalid_argument if accelerations or mass matrices are wanted of a model some
+  /// of whose joints move by modes (ModalJoint).
   void run(const StateCases& cases) const;
 
  private:
   StatesTables tables_;
   void (*run_)(const StatesTables&, const StateCases&);
   void (*run_few_)(const StatesTables&, const StateCases&);  // the same bits
+  bool has_chains_;
 };
 
 }  // namespace grapnel::lanes

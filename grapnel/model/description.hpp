@@ -65,15 +65,21 @@ struct JointMotor {
 };
 
 /// A linear spring and damper at a joint of one axis, which pulls it back to `rest`: effort -stiffness (q - rest) -
-/// damping rate, (22.1) of docs/theory.md. Joints with a spring are not driven: hinges of panels, gears that yield,
-/// pieces of links that bend.
+/// damping rate, (22.1) of docs/theory.md; with backlash it begins to pull at half of that on either side. Joints with
+/// a spring are not driven: hinges of panels, gears that yield, pieces of links that bend.
 struct JointSpring {
   double stiffness = 0;  // [N m/rad or N/m]
   double damping = 0;    // [N m s/rad or N s/m]
   double rest = 0;       // [rad or m]
+  double backlash = 0;   // within half of it on either side of `rest` the spring does nothing [rad or m]
 
-  double effort(double q) const { return -stiffness * (q - rest); }                    // of the spring alone
-  double energy(double q) const { return 0.5 * stiffness * (q - rest) * (q - rest); }  // [J]
+  /// How far the spring is deflected.
+  double deflection(double q) const {
+    const double x = q - rest, half = 0.5 * backlash;
+    return x > half ? x - half : x < -half ? x + half : backlash > 0 ? 0 : x;
+  }
+  double effort(double q) const { return -stiffness * deflection(q); }                       // of the spring alone
+  double energy(double q) const { return 0.5 * stiffness * deflection(q) * deflection(q); }  // [J]
 };
 
 /// How the gear of a driven joint yields between its motor and its body (flexible_robot() makes a joint with a spring
@@ -81,6 +87,15 @@ struct JointSpring {
 struct JointElasticity {
   double stiffness = 0;  // seen at the joint [N m/rad or N/m]
   double damping = 0;    // likewise [N m s/rad or N s/m]
+  double backlash = 0;   // how far the link can be moved, seen at the joint, before the gear resists [rad or m]
+};
+
+/// A joint of one axis that does not move by itself: together with the other joints of its chain it moves by a few
+/// modes, rate = modes . eta', with the same eta for all of them. The joints of a chain follow each other, one on the
+/// body of the one before it; a link that bends by its own modes is one.
+struct ModalJoint {
+  std::string chain;
+  std::vector<double> rates;  // of the joint, per rate of every mode; as many for all joints of a chain
 };
 
 /// A joint between a body and its parent.
@@ -99,6 +114,7 @@ struct JointDescription {
   std::optional<JointMotor> motor = {};
   std::optional<JointSpring> spring = {};
   std::optional<JointElasticity> elasticity = {};
+  std::optional<ModalJoint> modal = {};
 
   /// What the rotor adds to the joint's diagonal of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }
@@ -130,6 +146,7 @@ struct BeamStation {
   std::optional<double> bending_stiffness_y = {};
   std::optional<double> bending_stiffness_z = {};
   std::optional<double> torsional_stiffness = {};
+  std::optional<double> axial_stiffness = {};
   std::optional<BeamSection> section = {};
 };
 
@@ -146,11 +163,17 @@ struct BeamDescription {
   std::optional<double> bending_stiffness_y = {};  // E I about y; absent: rigid [N m^2]
   std::optional<double> bending_stiffness_z = {};  // E I about z; absent: rigid [N m^2]
   std::optional<double> torsional_stiffness = {};  // G J; absent: rigid [N m^2]
-  std::optional<BeamMaterial> material = {};       // with sections, in place of the five above
+  std::optional<double> axial_stiffness = {};      // E A; absent: it does not stretch [N]
+  std::optional<BeamMaterial> material = {};       // with sections, in place of the six above
+  bool stretches = false;                          // with sections: whether E A counts
   std::optional<BeamSection> section = {};         // all along it
   std::vector<BeamStation> stations = {};  // from end to end: numbers, or sizes of sections, are linear between them
   double damping_ratio = 0;                // of its first mode of each kind, clamped at `from`, by itself
   int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
+  /// It bends and twists only by so many of its slowest modes of each kind, bending about y, about z and twisting, that
+  /// it has when it is clamped where it begins and carries what hangs on its link; absent: by all that segments allow.
+  std::optional<int> modes = {};
+  double fastest_mode = 100;  // none of these may be faster [Hz]
 };
 
 /// A mode of vibration of what is clamped at a body's frame, as makers of solar panels and finite-element programs

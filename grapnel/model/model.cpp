@@ -96,7 +96,7 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
     fault("rotor inertia must not be negative, gear ratio finite");
   if (j.rotor_axis && !(std::abs(norm(*j.rotor_axis) - 1) < 1e-9)) fault("the rotor's axis must be a unit vector");
   if (const auto& s = j.spring; s && (!has_one_axis(j.type) || !(s->stiffness > 0) || !std::isfinite(s->stiffness) ||
-                                      !(s->damping >= 0) || !std::isfinite(s->rest)))
+                                      !(s->damping >= 0) || !std::isfinite(s->rest) || !(s->backlash >= 0)))
     fault("a spring needs a joint of one axis, a positive stiffness and damping that is not negative");
   if (const auto& stop = j.limits.stop;
       stop && (!(stop->restitution >= 0 && stop->restitution <= 1) || !(stop->rest_rate >= 0)))
@@ -261,6 +261,8 @@ Model ModelBuilder::build() const {
     if (b.joint.spring) model.springs_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
+  faults = chain_faults(sorted, parent);
+  if (!faults.empty()) throw ModelError(std::move(faults));
   std::vector<BodyPlacement> placements;
   model.tree_ = make_tree(sorted, parent, q, v, placements);
   for (std::size_t i = 0; i < sorted.size(); ++i) {

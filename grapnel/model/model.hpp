@@ -95,8 +95,8 @@ class ModelBuilder {
 
   /// Checks everything at once and builds. Bodies are sorted parents first, otherwise in the order given.
   /// @throws ModelError with all faults: duplicate or unknown names, cycles, masses not positive, inertias not positive
-  /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, non-finite
-  /// numbers.
+  /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, chains of joints
+  /// with modes that are none, non-finite numbers.
   Model build() const;
 
  private:

@@ -1,6 +1,9 @@
 #include "grapnel/model/tree.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <map>
 #include <optional>
 
 namespace grapnel {
@@ -49,7 +52,74 @@ Alignment choose_frame(const Rotationd& R_PF, const Vector3d& axis_F) {
   return {rotation_between({0, 0, 1}, axis_P), true, {2, 1.0}};
 }
 
+// Columns whose part that is new to those before is less than this of their length are none of their own.
+constexpr double kIndependent = 1e-9;
+
+double column_product(const std::vector<double>& A, int columns, int a, int b) {
+  double sum = 0;
+  for (std::size_t row = 0; row < A.size(); row += static_cast<std::size_t>(columns))
+    sum += A[row + static_cast<std::size_t>(a)] * A[row + static_cast<std::size_t>(b)];
+  return sum;
+}
+
+// Modified Gram-Schmidt, twice. Whether the columns are independent.
+bool orthonormalize(std::vector<double>& A, int columns) {
+  const auto at = [&](std::size_t row, int column) -> double& { return A[row + static_cast<std::size_t>(column)]; };
+  for (int c = 0; c < columns; ++c) {
+    const double length = std::sqrt(column_product(A, columns, c, c));
+    for (int pass = 0; pass < 2; ++pass) {
+      for (int b = 0; b < c; ++b) {
+        const double share = column_product(A, columns, b, c);
+        for (std::size_t row = 0; row < A.size(); row += static_cast<std::size_t>(columns))
+          at(row, c) -= share * at(row, b);
+      }
+    }
+    const double left = std::sqrt(column_product(A, columns, c, c));
+    if (!(left > kIndependent * length) || !std::isfinite(left)) return false;
+    for (std::size_t row = 0; row < A.size(); row += static_cast<std::size_t>(columns)) at(row, c) /= left;
+  }
+  return true;
+}
+
+// Bodies by the name of the chain that their joints are of, parents first.
+std::map<std::string, std::vector<std::size_t>> bodies_of_chains(const std::vector<BodyDescription>& bodies) {
+  std::map<std::string, std::vector<std::size_t>> chains;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (const auto& modal = bodies[i].joint.modal) chains[modal->chain].push_back(i);
+  }
+  return chains;
+}
+
 }  // namespace
+
+std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent) {
+  std::vector<std::string> faults;
+  for (const auto& [name, members] : bodies_of_chains(bodies)) {
+    const auto fault = [&](const char* text) {
+      faults.push_back(fmt::format("joints '{}' that move by modes: {}", name, text));
+    };
+    const std::size_t count = bodies[members.front()].joint.modal->rates.size();
+    std::vector<double> shapes;
+    bool plain = true;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      const JointDescription& joint = bodies[members[k]].joint;
+      plain = plain && has_one_axis(joint.type) && parent[members[k]] >= 0 && joint.reflected_inertia() == 0;
+      if (joint.modal->rates.size() != count) plain = false;
+      shapes.insert(shapes.end(), joint.modal->rates.begin(), joint.modal->rates.end());
+      if (k == 0) continue;
+      int carrier = parent[members[k]];  // fixed bodies may lie between
+      while (carrier >= 0 && bodies[static_cast<std::size_t>(carrier)].joint.type == JointType::fixed)
+        carrier = parent[static_cast<std::size_t>(carrier)];
+      if (carrier != static_cast<int>(members[k - 1])) fault("each must be on the body of the one before it");
+    }
+    if (!plain) {
+      fault("they have one axis each, no rotor, and as many modes as each other");
+    } else if (count == 0 || count > members.size() || !orthonormalize(shapes, static_cast<int>(count))) {
+      fault("modes must be independent, at least one and at most as many as joints");
+    }
+  }
+  return faults;
+}
 
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
                        const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements) {
@@ -90,6 +160,19 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
     const Vector3d rotor = alignment.axis.sign * (X_LF.R * body.joint.rotor_momentum());
     if (has_one_axis(type)) tree.links.back().rotor = rotor, tree.links.back().has_rotor = dot(rotor, rotor) > 0;
     placements.push_back({link, X_LB});
+  }
+  for (const auto& [name, members] : bodies_of_chains(bodies)) {
+    ModalChain chain;
+    for (const std::size_t i : members) {
+      TreeLink<double>& link = tree.links[static_cast<std::size_t>(placements[i].link)];
+      link.chain = static_cast<int>(tree.chains.size()), link.member = static_cast<int>(chain.links.size());
+      chain.links.push_back(placements[i].link), chain.velocities.push_back(v[i]);
+      const std::vector<double>& rates = bodies[i].joint.modal->rates;
+      chain.modes = static_cast<int>(rates.size());
+      chain.shapes.insert(chain.shapes.end(), rates.begin(), rates.end());
+    }
+    orthonormalize(chain.shapes, chain.modes);
+    tree.chains.push_back(std::move(chain));
   }
   return tree;
 }

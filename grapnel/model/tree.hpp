@@ -10,6 +10,7 @@
 /// rotation 60. Thread safety: immutable after construction.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "grapnel/model/description.hpp"
@@ -33,14 +34,38 @@ struct TreeLink {
   /// frame.
   Vector3<S> rotor = Vector3<S>::zero();
   bool has_rotor = false;  // it is not zero
+  int chain = -1;          // index into Tree::chains, if the joint moves by the modes of one
+  int member = 0;          // its place in it
+};
+
+/// Joints that move by a few modes (ModalJoint): the rates of the chain's joints are shapes eta', with as many eta as
+/// there are modes. The columns of `shapes` are orthonormal; they span what the columns of the description do.
+struct ModalChain {
+  std::vector<int> links;       // from the inside out, each on the one before it
+  std::vector<int> velocities;  // of their joints
+  int modes = 0;
+  std::vector<double> shapes;  // joints x modes, row by row, of rates as State::v has them
+
+  const double* row(int member) const { return &shapes[static_cast<std::size_t>(member * modes)]; }
+};
+
+// Only doubles have them: translation units of lanes must not emit functions of plain data.
+template <class S>
+struct TreeChains {};
+template <>
+struct TreeChains<double> {
+  std::vector<ModalChain> chains;
 };
 
 template <class S = double>
-struct Tree {
+struct Tree : TreeChains<S> {
   std::vector<TreeLink<S>> links;  // parents before children
   int coordinates = 0;
   int velocities = 0;
 };
+
+/// What is wrong with the chains of joints that move by modes (ModalJoint): a sentence a fault.
+std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent);
 
 /// Where a body sits in the tree.
 struct BodyPlacement {
@@ -49,11 +74,11 @@ struct BodyPlacement {
 };
 
 /// Builds the tree of bodies listed parents before children. `parent[i]` is the index of body i's parent, -1 for none;
-/// `q` and `v` are the offsets of each body's joint. Fills `placements`, one per body.
+/// `q` and `v` are the offsets of each body's joint. Fills `placements`, one per body. chain_faults() finds nothing.
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
                        const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements);
 
-/// The same link with another scalar.
+/// The same link with another scalar, moving by itself.
 template <class S>
 TreeLink<S> convert_link(const TreeLink<double>& l) {
   TreeLink<S> t{l.parent, l.joint, l.axis,        l.rotated,      l.q, l.v,  l.sign,
@@ -71,7 +96,7 @@ TreeLink<S> convert_link(const TreeLink<double>& l) {
   return t;
 }
 
-/// The same tree with another scalar.
+/// The same tree with another scalar; joints of chains move by themselves in it.
 template <class S>
 Tree<S> convert_tree(const Tree<double>& tree) {
   Tree<S> result;

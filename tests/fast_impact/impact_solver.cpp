@@ -368,7 +368,7 @@ struct ImpactSolver::Implementation {
 
   // Scaled W, factored.
   void factor_contact_inertia(const DynamicsInput<double>& in) {
-    columns.carry(paths, places, workspace.links, in);
+    columns.carry(paths, places, workspace, in);
     columns.contact_inertia(contact);
     const std::span<double> A = factor.matrix();
     const std::size_t n = u.size();
@@ -386,7 +386,7 @@ struct ImpactSolver::Implementation {
       rest();
       std::fill(solution.begin(), solution.end(), 0.0);
       solution[r] = scale[r];
-      columns.impose(solution, in.prescribed, workspace.links);
+      columns.impose(solution, in.prescribed, workspace);
       articulated_accelerations<double>(model.tree(), in, workspace, change, force);
       std::copy(force.begin(), force.end(), drives.response(static_cast<int>(r)).begin());
     }
@@ -425,7 +425,7 @@ struct ImpactSolver::Implementation {
 
   // Impulses `solution` act: adds to velocities, and to u what they do to it. `in`: what else acts.
   void respond(const DynamicsInput<double>& in) {
-    columns.impose(solution, in.prescribed, workspace.links);
+    columns.impose(solution, in.prescribed, workspace);
     articulated_accelerations<double>(model.tree(), in, workspace, change, force);
     for (std::size_t i = 0; i < velocity.size(); ++i) velocity[i] += change[i];
     for (std::size_t i = 0; i < rows.size(); ++i) rows[i] += solution[i];

@@ -166,5 +166,26 @@ TEST(States, RowsThatAreAbsentAreZeroAndOneRowServesAll) {
   EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 1e-3);
 }
 
+// Motion, but no dynamics: that would be of joints that move by themselves.
+TEST(States, RefuseJointsThatMoveByModes) {
+  ModelBuilder builder;
+  BodyDescription body;
+  body.name = "base", body.joint.type = JointType::free;
+  body.mass = 1, body.inertia = Symmetric3d::diagonal(1, 1, 1);
+  builder.add(body);
+  body.name = "boom", body.parent = "base", body.joint.name = "root", body.joint.type = JointType::revolute;
+  body.joint.modal = ModalJoint{"boom", {1}};
+  const Model model = builder.add(body).build();
+  const State state = zero_state(model);
+  std::vector<double> out(64);
+  StateCases in;
+  in.count = 1, in.q = {state.q.data(), 0}, in.motion = out.data();
+  EXPECT_NO_THROW(States(model).run(in));
+  in.motion = nullptr, in.mass_matrix = out.data();
+  EXPECT_THROW(States(model).run(in), std::invalid_argument);
+  in.mass_matrix = nullptr, in.accelerations = out.data();
+  EXPECT_THROW(States(model).run(in), std::invalid_argument);
+}
+
 }  // namespace states_test
 }  // namespace grapnel::lanes

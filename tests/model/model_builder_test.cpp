@@ -226,5 +226,41 @@ TEST(ModelBuilder, ListsAllFaultsAtOnce) {
   }
 }
 
+// Joints that move by modes: in a row, alike, of independent modes; and the model spans the same with orthonormal
+// columns.
+TEST(ModelBuilder, ChecksJointsThatMoveByModes) {
+  const auto chain_of = [](std::vector<std::vector<double>> rates, const char* third_on) {
+    ModelBuilder builder;
+    builder.add(base());
+    const char* names[] = {"a", "b", "c"};
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      BodyDescription b = body(names[i], i == 0 ? "base" : i == 1 ? "a" : third_on, JointType::revolute);
+      b.joint.modal = ModalJoint{"boom", rates[i]};
+      builder.add(b);
+    }
+    return builder.build();
+  };
+  const Model model = chain_of({{3, 1}, {4, 1}, {0, 1}}, "b");
+  ASSERT_EQ(model.tree().chains.size(), 1u);
+  const ModalChain& chain = model.tree().chains[0];
+  EXPECT_EQ(chain.modes, 2);
+  EXPECT_EQ(chain.velocities, (std::vector<int>{6, 7, 8}));
+  EXPECT_NEAR(chain.row(0)[0], 0.6, 1e-15);
+  EXPECT_NEAR(chain.row(1)[0], 0.8, 1e-15);
+  double product = 0, square = 0;
+  for (int j = 0; j < 3; ++j) product += chain.row(j)[0] * chain.row(j)[1], square += chain.row(j)[1] * chain.row(j)[1];
+  EXPECT_NEAR(product, 0, 1e-15);
+  EXPECT_NEAR(square, 1, 1e-15);
+  EXPECT_EQ(model.tree().links[2].member, 1);
+  const auto refused = [&](auto rates, const char* third_on, const char* why) {
+    EXPECT_THAT([&] { chain_of(rates, third_on); }, ThrowsMessage<ModelError>(HasSubstr(why)));
+  };
+  using Rates = std::vector<std::vector<double>>;
+  refused(Rates{{3, 1}, {4, 1}, {0, 1}}, "a", "each must be on the body of the one before it");
+  refused(Rates{{3, 1}, {4}, {0, 1}}, "b", "as many modes as each other");
+  refused(Rates{{3, 6}, {4, 8}, {1, 2}}, "b", "must be independent");
+  refused(Rates{{1, 2}}, "b", "at most as many as joints");
+}
+
 }  // namespace model_builder_test
 }  // namespace grapnel
