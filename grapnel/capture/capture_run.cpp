@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/plugin/plugin_controller.hpp"
 
 namespace grapnel {
@@ -140,7 +141,7 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
       held.push_back({v, bodies.state.v[v]});
     }
   }
-  if (joints == ImpactSetup::Joints::free) return held;
+  if (joints == ImpactSetup::Joints::free) return with_fast_modes(bodies, std::move(held));
   const std::size_t driven = held.size();
   for (std::size_t j = 0; j < size(); ++j) {
     const int v = joint_body(bodies.free, j).v;
@@ -148,7 +149,15 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
     if (std::any_of(held.begin(), end, [&](const HeldRate& h) { return h.velocity == v; })) continue;
     held.push_back({v, joints == ImpactSetup::Joints::braked ? 0.0 : bodies.state.v[v]});
   }
-  return held;
+  return with_fast_modes(bodies, std::move(held));
+}
+
+std::vector<HeldRate> RunJoints::with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const {
+  const ImpactSetup& impact = *problem_.impact;
+  if (impact.modes != ImpactSetup::Modes::slow) return held;
+  std::vector<HeldRate> all = rates_of_fast_modes(bodies.free.model, bodies.state, held, 1 / impact.duration);
+  all.insert(all.end(), std::make_move_iterator(held.begin()), std::make_move_iterator(held.end()));
+  return all;
 }
 
 // --- The run ---

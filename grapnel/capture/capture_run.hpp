@@ -127,11 +127,12 @@ class RunJoints {
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
   std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
-  /// The same, and what impact.joints asks of the others.
+  /// The same, and what impact.joints and impact.modes ask of the others.
   std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
 
  private:
   void settle(const RunBodies& bodies, std::size_t joint);
+  std::vector<HeldRate> with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const;
 
   std::shared_ptr<Controller> controller(const RunBodies& bodies);
 

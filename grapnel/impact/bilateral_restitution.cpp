@@ -54,7 +54,8 @@ std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<c
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     for (int r = 0; r < row_count(grasps[i].model); ++r) note(row_name(grasps[i], i, r));
   }
-  for (const HeldRate& h : held) note(fmt::format("held velocity {}", h.velocity));
+  for (const HeldRate& h : held)
+    note(h.is_mode() ? "a mode of vibration" : fmt::format("held velocity {}", h.velocity));
   return names;
 }
 
@@ -77,7 +78,7 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   if (rows.J.rows() == 0) return result;
   // Where rows are redundant their velocities fulfil a relation, and E u- need not.
   const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
-  wanted.tail(static_cast<Eigen::Index>(held.size())) = after(rows.held);  // of drives that gave way
+  wanted.tail(static_cast<Eigen::Index>(rows.held.size())) = after(rows.held);  // of drives that gave way
   const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
   const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
   const double fastest =

@@ -21,24 +21,34 @@ constexpr double kBaseTolerance = 1e-10;
 // Nothing yields where an inverse inertia is below this fraction of its largest entry: rounding leaves some 1e-16.
 constexpr double kRigid = 1e-13;
 
-// Velocities that impulses can change, all but the held ones, and the mass matrix over them.
+// Velocities that impulses can change, all but the held ones, and the mass matrix over them. Modes of vibration that do
+// not answer leave less: what impulses do is then projected, with L^-1 of their rows R as orthonormal columns Q.
 class Response {
  public:
   Response(const Eigen::MatrixXd& M, std::span<const HeldRate> held) : velocities_(M.rows()) {
     std::vector<bool> is_held(static_cast<std::size_t>(M.rows()), false);
-    for (const HeldRate& h : held) is_held.at(h.velocity) = true;
+    Eigen::Index modes = 0;
+    for (const HeldRate& h : held) {
+      if (h.is_mode()) ++modes;
+      if (!h.is_mode()) is_held.at(h.velocity) = true;
+    }
     for (int i = 0; i < M.rows(); ++i) {
       if (!is_held[i]) free_.push_back(i);
     }
     const Eigen::MatrixXd M_free = M(free_, free_);
     if (!free_.empty()) factor_.compute(M_free);
+    if (modes == 0 || free_.empty()) return;
+    Eigen::MatrixXd R(M.rows(), modes);
+    for (Eigen::Index i = 0; i < modes; ++i) R.col(i) = as_vector(held[static_cast<std::size_t>(i)].row);
+    still_ = thin_qr(lower_solution(factor_, Eigen::MatrixXd(R(free_, Eigen::all)))).Q;
   }
   // M^-1 times the columns of F, zero for held velocities: what generalized impulses do.
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& F) const {
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(velocities_, F.cols());
     if (free_.empty() || F.cols() == 0) return change;
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
-    const Eigen::MatrixXd change_free = cholesky_solution(factor_, F_free);
+    const Eigen::MatrixXd change_free =
+        still_.size() == 0 ? cholesky_solution(factor_, F_free) : upper_solution(factor_, half(F));
     change(free_, Eigen::all) = change_free;
     return change;
   }
@@ -46,13 +56,17 @@ class Response {
   // L^-1 times the rows of F that are free, M = L L^T there: its columns' inner products are F^T M^-1 F.
   Eigen::MatrixXd half(const Eigen::MatrixXd& F) const {
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
-    return F_free.size() == 0 ? F_free : Eigen::MatrixXd(lower_solution(factor_, F_free));
+    if (F_free.size() == 0) return F_free;
+    Eigen::MatrixXd Y = lower_solution(factor_, F_free);
+    if (still_.size() > 0) Y -= still_ * (still_.transpose() * Y);
+    return Y;
   }
 
  private:
   Eigen::Index velocities_;
   std::vector<int> free_;
   Cholesky factor_;
+  Eigen::MatrixXd still_;
 };
 
 // Velocities once the held rates have the values they are to have, before any grasp acts.
@@ -60,7 +74,9 @@ Eigen::VectorXd velocity_with_held(const Eigen::MatrixXd& M, const State& state,
                                    const Response& response) {
   const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(state.v.data(), M.rows());
   Eigen::VectorXd jump = Eigen::VectorXd::Zero(v.size());
-  for (const HeldRate& h : held) jump[h.velocity] = h.after - v[h.velocity];
+  for (const HeldRate& h : held) {
+    if (!h.is_mode()) jump[h.velocity] = h.after - v[h.velocity];
+  }
   return v + jump - response(M * jump);
 }
 

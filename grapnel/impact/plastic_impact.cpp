@@ -108,17 +108,23 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   const Eigen::MatrixXd J_grasps = grasp_jacobian(model, kinematics, grasps);
   const Eigen::Index grasp_rows = J_grasps.rows(), held_rows = static_cast<Eigen::Index>(held.size());
   const Eigen::Index count = grasp_rows + held_rows;
+  const auto mode_rows = std::count_if(held.begin(), held.end(), [](const HeldRate& h) { return h.is_mode(); });
   BilateralRows rows{Eigen::MatrixXd::Zero(count, model.velocities()),
                      Eigen::MatrixXd::Zero(count, count),
                      Eigen::VectorXd::Zero(count),
-                     Eigen::VectorXd(held_rows),
+                     Eigen::VectorXd(held_rows - mode_rows),
                      {},
                      {}};
   rows.J.topRows(grasp_rows) = J_grasps;
   for (Eigen::Index i = 0; i < held_rows; ++i) {
-    rows.J(grasp_rows + i, held[i].velocity) = 1;
     rows.held_after[grasp_rows + i] = held[i].after;
-    rows.held_inertia[i] = drive_inertia(model, held[i].velocity);
+    if (held[i].is_mode() != (i < mode_rows)) throw std::invalid_argument("bilateral_rows: modes come first");
+    if (held[i].is_mode()) {
+      rows.J.row(grasp_rows + i) = as_vector(held[i].row);
+      continue;
+    }
+    rows.J(grasp_rows + i, held[i].velocity) = 1;
+    rows.held_inertia[i - mode_rows] = drive_inertia(model, held[i].velocity);
     if (std::find(rows.held.begin(), rows.held.end(), held[i].velocity) != rows.held.end())
       throw std::invalid_argument("bilateral_rows: a velocity is held twice");
     rows.held.push_back(held[i].velocity);

@@ -42,6 +42,11 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, con
 struct HeldRate {
   int velocity;
   double after = 0;  // [rad/s or m/s]
+  /// Per velocity. Not empty: what is to have the value `after` is the sum of these times the velocities, the rate of a
+  /// mode of vibration that does not answer, and `velocity` is -1. Such rates come before all others.
+  std::vector<double> row = {};
+
+  bool is_mode() const { return !row.empty(); }
 };
 
 /// An impulse at a grasp, on the robot at the contact point, in W.
@@ -73,10 +78,10 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
 // that prescribes their velocities afterwards.
 
 struct BilateralRows {
-  Eigen::MatrixXd J;             // rows x velocities: grasp_jacobian(), then a unit entry per held rate
+  Eigen::MatrixXd J;             // rows x velocities: grasp_jacobian(), rows of modes, a unit entry per held velocity
   Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory.md; held rates the diagonal of J M^-1 J^T
   Eigen::VectorXd held_after;    // rows: zero for grasps, HeldRate::after for held rates
-  Eigen::VectorXd held_inertia;  // per held rate: drive_inertia(), with which it resists grasps that contradict it
+  Eigen::VectorXd held_inertia;  // per held velocity: drive_inertia(), with which it resists grasps that contradict it
   std::vector<int> held;         // their indices in State::v
   Eigen::VectorXd part;          // per velocity: taking_part() of these rows
 };

@@ -59,6 +59,10 @@ std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> h
   std::vector<double> told, missed;
   double largest = 0;
   for (const HeldRate& h : held) {
+    if (h.is_mode()) {
+      told.push_back(0), missed.push_back(0);
+      continue;
+    }
     const double root = std::sqrt(drive_inertia(model, h.velocity));
     told.push_back(root * std::abs(h.after)), missed.push_back(root * std::abs(velocity[h.velocity] - h.after));
     largest = std::max({largest, told.back(), missed.back()});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
@@ -247,6 +248,15 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   c.energy_residual = outcome.energy_residual;
   c.motor_work = outcome.drive_work;
   c.rhs_evaluations = outcome.rhs_evaluations;
+  std::vector<int> held;
+  for (const HeldRate& h : task.held) held.push_back(h.velocity);
+  for (const ElasticMode& mode : elastic_modes(system.model, task.met, held)) {  // slowest first
+    const double period = 1 / mode.frequency;
+    if (c.modes == 0) c.slowest_period = period;
+    c.fastest_period = period;
+    ++c.modes;
+    if (period > c.duration) ++c.slower_modes;
+  }
   const Kinematics before = forward_kinematics(task.free.model, task.contact.state);
   const Kinematics after = forward_kinematics(system.model, outcome.after);
   std::vector<ExternalImpulse> external;

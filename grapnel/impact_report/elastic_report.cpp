@@ -103,7 +103,7 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
   std::vector<HeldRate> held;  // without those of impact.modes: none
   std::vector<int> locked;
   for (const HeldRate& h : task.held) {
-    if (yields(held_joint(model, h))) continue;
+    if (h.is_mode() || yields(held_joint(model, h))) continue;
     held.push_back(h), locked.push_back(h.velocity);
   }
   const std::vector<ElasticMode> modes = elastic_modes(model, state, locked);
@@ -139,6 +139,23 @@ std::vector<ModesKept> impulses_by_modes(const ImpactTask& task) {
     list.push_back(std::move(kept));
   }
   return list;
+}
+
+std::vector<HeldRate> rates_of_fast_modes(const Model& model, const State& state, std::span<const HeldRate> held,
+                                          double frequency) {
+  std::vector<int> locked;
+  VectorXd v = as_vector(state.v);
+  for (const HeldRate& h : held) locked.push_back(h.velocity), v[h.velocity] = h.after;
+  std::vector<HeldRate> rates;
+  const std::vector<ElasticMode> modes = elastic_modes(model, state, locked);
+  if (modes.empty()) return rates;
+  const MatrixXd M = mass_matrix(model, state);
+  for (const ElasticMode& mode : modes) {
+    if (mode.frequency < frequency) continue;
+    const VectorXd row = M * mode.shape;
+    rates.push_back({-1, row.dot(v), {row.begin(), row.end()}});
+  }
+  return rates;
 }
 
 std::string describe_dependence_on_modes(const ImpactReport& report) {

@@ -22,6 +22,12 @@ double fastest_vibration(const CaptureSystem& system, const State& state);
 /// in the metric (7.8). Empty where nothing bends.
 std::vector<ModesKept> impulses_by_modes(const ImpactTask& task);
 
+/// Rates of the modes of vibration at `frequency` [Hz] and above, which an impact that they do not answer leaves as
+/// they are once the rates in `held` have their values, in which these modes have no part: x^T M v of (22.8), first in
+/// the list of held rates.
+std::vector<HeldRate> rates_of_fast_modes(const Model& model, const State& state, std::span<const HeldRate> held,
+                                          double frequency);
+
 /// What by_modes says of an impact that rests on it; empty: nothing that anybody should know.
 std::string describe_dependence_on_modes(const ImpactReport& report);
 

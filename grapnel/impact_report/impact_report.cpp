@@ -242,6 +242,7 @@ void describe_held(const ImpactTask& task, const ImpactSolution& solution, Impac
   report.joints_during = name_of(task.problem.impact->joints);
   const std::vector<bool> gave_way = which_gave_way(task.system.model, task.held, solution.velocity);
   for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
+    if (task.held[i].is_mode()) continue;
     const double before = task.contact.state.v[task.held[i].velocity], after = solution.velocity[task.held[i].velocity];
     HeldJoint joint;
     if (yields(held_joint(task.system.model, task.held[i]))) continue;  // impact.modes: none
@@ -374,12 +375,15 @@ ImpactOutcome run_impact(const ImpactTask& task) {
       describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
   if (!full) return outcome;
   std::vector<HeldRate> kept(task.held.begin(), task.held.end());
-  for (HeldRate& h : kept) h.after = solution.velocity[h.velocity];
+  for (HeldRate& h : kept) {
+    if (!h.is_mode()) h.after = solution.velocity[h.velocity];
+  }
   ImpactTask as_kept = task;
   as_kept.held = kept;
   add_measures(as_kept, report);
   if (task.law == ImpactSetup::Law::plastic) {
-    add_sensitivities(task, report);
+    // How modes change that do not answer is not known.
+    if (task.held.empty() || !task.held.front().is_mode()) add_sensitivities(task, report);
     report.by_modes = impulses_by_modes(task);
   }
   if (task.already_closed > 0) {

@@ -262,6 +262,10 @@ struct CompliantReport {
   double energy_residual = 0;
   double motor_work = 0;
   long rhs_evaluations = 0;
+  int modes = 0;              // of vibration of what bends, as the bodies met, joints as they are in the impact
+  int slower_modes = 0;       // of these, with a period longer than `duration`
+  double slowest_period = 0;  // [s]; 0 where nothing bends
+  double fastest_period = 0;  // [s]
 };
 
 /// A hand's mass as a contact meets it, and the target's, along the contact's normal.

@@ -371,6 +371,13 @@ const Type& type_of<CompliantReport>() {
           "of the balance of energy, over the kinetic energy before of the bodies that take part"),
       field<&C::motor_work>("motor_work", "J", "of joints that a law drives meanwhile (`impact.joints: impedance`)"),
       field<&C::rhs_evaluations>("rhs_evaluations", "1", "of the integration"),
+      field<&C::modes>(
+          "modes", "1",
+          "of vibration of what bends, in the posture in which the bodies met, joints as in the impact, grasps open"),
+      field<&C::slower_modes>("slower_modes", "1", "of these, whose period is longer than `duration`"),
+      field<&C::slowest_period>("slowest_period", "s", "of the slowest of them; 0 where nothing bends"),
+      field<&C::fastest_period>("fastest_period", "s",
+                                "of the fastest. Modes with periods much shorter than the contact hardly answer it"),
   };
   static constexpr Type type = structure<C>("CompliantReport", "an impact that was resolved in time.", fields);
   return type;

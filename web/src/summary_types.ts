@@ -1168,6 +1168,14 @@ export interface CompliantReport {
   motor_work: number;
   /** of the integration [1] */
   rhs_evaluations: number;
+  /** of vibration of what bends, in the posture in which the bodies met, joints as in the impact, grasps open [1] */
+  modes: number;
+  /** of these, whose period is longer than `duration` [1] */
+  slower_modes: number;
+  /** of the slowest of them; 0 where nothing bends [s] */
+  slowest_period: number;
+  /** of the fastest. Modes with periods much shorter than the contact hardly answer it [s] */
+  fastest_period: number;
 }
 export const kCompliantReport: FieldNote[] = [
   ["end","","`separated` (contacts only), `settled` (grasps are at rest), `time_over` (`impact.longest`)"],
@@ -1178,6 +1186,10 @@ export const kCompliantReport: FieldNote[] = [
   ["energy_residual","1","of the balance of energy, over the kinetic energy before of the bodies that take part"],
   ["motor_work","J","of joints that a law drives meanwhile (`impact.joints: impedance`)"],
   ["rhs_evaluations","1","of the integration"],
+  ["modes","1","of vibration of what bends, in the posture in which the bodies met, joints as in the impact, grasps open"],
+  ["slower_modes","1","of these, whose period is longer than `duration`"],
+  ["slowest_period","s","of the slowest of them; 0 where nothing bends"],
+  ["fastest_period","s","of the fastest. Modes with periods much shorter than the contact hardly answer it"],
 ];
 
 // hand and target as a contact meets them.
