@@ -16,17 +16,17 @@ constexpr double kEnds = 1e-6;  // of a beam's length: how far its first and las
 constexpr double kFirstBending = 1.8751040687119611, kFirstTorsion = 0.5 * std::numbers::pi;
 
 constexpr double BeamProperties::*kProperties[] = {
-    &BeamProperties::mass_per_length, &BeamProperties::rotary_inertia, &BeamProperties::bending_stiffness_y,
-    &BeamProperties::bending_stiffness_z, &BeamProperties::torsional_stiffness};
+    &BeamProperties::mass_per_length,     &BeamProperties::rotary_inertia,      &BeamProperties::bending_stiffness_y,
+    &BeamProperties::bending_stiffness_z, &BeamProperties::torsional_stiffness, &BeamProperties::axial_stiffness};
 using Stated = std::optional<double>;
-constexpr Stated BeamStation::*kStated[] = {&BeamStation::mass_per_length, &BeamStation::rotary_inertia,
+constexpr Stated BeamStation::*kStated[] = {&BeamStation::mass_per_length,     &BeamStation::rotary_inertia,
                                             &BeamStation::bending_stiffness_y, &BeamStation::bending_stiffness_z,
-                                            &BeamStation::torsional_stiffness};
-constexpr const char* kKeys[] = {"mass_per_length", "rotary_inertia", "bending_stiffness_y", "bending_stiffness_z",
-                                 "torsional_stiffness"};
-constexpr int kCount = 5;
+                                            &BeamStation::torsional_stiffness, &BeamStation::axial_stiffness};
+constexpr const char* kKeys[] = {"mass_per_length",     "rotary_inertia",      "bending_stiffness_y",
+                                 "bending_stiffness_z", "torsional_stiffness", "axial_stiffness"};
+constexpr int kCount = 6;
 
-// What the beam itself states of the five.
+// What the beam itself states of the six.
 Stated own(const BeamDescription& beam, int k) {
   switch (k) {
     case 0:
@@ -37,8 +37,10 @@ Stated own(const BeamDescription& beam, int k) {
       return beam.bending_stiffness_y;
     case 3:
       return beam.bending_stiffness_z;
-    default:
+    case 4:
       return beam.torsional_stiffness;
+    default:
+      return beam.axial_stiffness;
   }
 }
 
@@ -102,7 +104,7 @@ BeamProperties section_properties(const BeamSection& s, const BeamMaterial& m) {
     J = s.wall_thickness ? 2 * t * (b - t) * (b - t) * (h - t) * (h - t) / (b + h - 2 * t) : torsion_constant(b, h);
   }
   return {m.density * A,       m.density * (I_y + I_z), m.young_modulus * I_y, m.young_modulus * I_z,
-          m.shear_modulus * J, m.density * I_y,         m.density * I_z};
+          m.shear_modulus * J, m.density * I_y,         m.density * I_z,       m.young_modulus * A};
 }
 
 std::string description_fault(const BeamDescription& b) {
@@ -130,8 +132,14 @@ std::string description_fault(const BeamDescription& b) {
     if (own(b, k) && states(k))
       return fmt::format("{} is stated by the beam or by its stations, not by both", kKeys[k]);
   }
-  if (!has_sections && !(own(b, 2) || own(b, 3) || own(b, 4) || states(2) || states(3) || states(4)))
-    return "a beam needs bending_stiffness_y, bending_stiffness_z or torsional_stiffness, or a section and a material";
+  if (b.stretches && !has_sections)
+    return "stretches needs a section and a material; without them state axial_stiffness";
+  bool yields = has_sections;
+  for (int k = 2; k < kCount; ++k) yields = yields || own(b, k) || states(k);
+  if (!yields)
+    return "a beam needs bending_stiffness_y, bending_stiffness_z, torsional_stiffness or axial_stiffness, or a "
+           "section "
+           "and a material";
   if (b.stations.empty()) return {};
   if (b.stations.size() < 2) return "a beam has stations at both of its ends, or none";
   for (std::size_t i = 0; i < b.stations.size(); ++i) {
@@ -203,6 +211,7 @@ BeamProperties Beam::at_length(double s) const {
     const BeamSection section =
         setup_.section ? *setup_.section : blend(*setup_.stations[i - 1].section, *setup_.stations[i].section, share);
     here = section_properties(section, *setup_.material);
+    if (!setup_.stretches) here.axial_stiffness = 0;
   } else {
     here.mass_per_length = mass_per_length_;
     for (int k = 0; k < kCount; ++k) {
@@ -280,10 +289,12 @@ std::vector<Beam::Hinge> Beam::springs(int hinge) const {
   const auto add = [&](const char* name, const Vector3d& axis, double stiffness, double rate) {
     if (!(stiffness > 0)) return;
     const double k = stiffness / compliant_length();
-    springs.push_back({name, axis, {k, rate > 0 ? 2 * setup_.damping_ratio / rate * k : 0, 0}});
+    const JointType type = *name == 'a' ? JointType::prismatic : JointType::continuous;
+    springs.push_back({name, type, axis, {k, rate > 0 ? 2 * setup_.damping_ratio / rate * k : 0, 0}});
   };
   add("y", y_, here.bending_stiffness_y, rate_y_);
   add("z", z_, here.bending_stiffness_z, rate_z_);
+  add("a", x_, here.axial_stiffness, setup_.damping_ratio > 0 ? first_rate(&BeamProperties::axial_stiffness) : 0);
   if (here.torsional_stiffness > 0 && has_rotary_inertia())
     add("x", x_, here.torsional_stiffness,
         setup_.damping_ratio > 0 ? first_rate(&BeamProperties::torsional_stiffness) : 0);
@@ -294,6 +305,7 @@ std::vector<Beam::Hinge> Beam::springs(int hinge) const {
 // Stodola's iteration on midpoints: the shape is what the inertial load of the shape before bends it to.
 double Beam::first_rate(double BeamProperties::*stiffness) const {
   const bool twists = stiffness == &BeamProperties::torsional_stiffness;
+  const bool bends = !twists && stiffness != &BeamProperties::axial_stiffness;
   const double spread_per_mass = spread_along() / whole_.mass;
   const auto inertia = [&](const BeamProperties& p) {
     return twists ? p.rotary_inertia + spread_per_mass * p.mass_per_length : p.mass_per_length;
@@ -301,7 +313,7 @@ double Beam::first_rate(double BeamProperties::*stiffness) const {
   const BeamProperties root = at_length(0);
   if (!(root.*stiffness > 0)) return 0;
   if (setup_.stations.empty()) {
-    const double wave = twists ? kFirstTorsion / length_ : kFirstBending * kFirstBending / (length_ * length_);
+    const double wave = bends ? kFirstBending * kFirstBending / (length_ * length_) : kFirstTorsion / length_;
     return wave * std::sqrt(root.*stiffness / inertia(root));
   }
   constexpr std::size_t kCells = 400;
@@ -311,7 +323,7 @@ double Beam::first_rate(double BeamProperties::*stiffness) const {
     const double s = (static_cast<double>(i) + 0.5) * h;
     const BeamProperties p = at_length(s);
     load[i] = inertia(p), yields[i] = 1 / (p.*stiffness);
-    shape[i] = twists ? s : s * s;
+    shape[i] = bends ? s * s : s;
   }
   const auto inward = [&](std::vector<double>& f) {  // integral from s to the end
     double sum = 0;
@@ -331,10 +343,10 @@ double Beam::first_rate(double BeamProperties::*stiffness) const {
   for (int iteration = 0; iteration < 12; ++iteration) {
     for (std::size_t i = 0; i < kCells; ++i) next[i] = load[i] * shape[i];
     inward(next);
-    if (!twists) inward(next);
+    if (bends) inward(next);
     for (std::size_t i = 0; i < kCells; ++i) next[i] *= yields[i];
     outward(next);
-    if (!twists) outward(next);
+    if (bends) outward(next);
     double mixed = 0, square = 0;  // Rayleigh's quotient
     for (std::size_t i = 0; i < kCells; ++i)
       mixed += load[i] * shape[i] * next[i], square += load[i] * next[i] * next[i];

@@ -20,6 +20,7 @@ struct BeamProperties {
   double torsional_stiffness = 0;  // G J [N m^2]
   double rotary_inertia_y = 0;     // of the section about its principal axes, per length, whose sum is rotary_inertia
   double rotary_inertia_z = 0;     // [kg m]
+  double axial_stiffness = 0;      // E A [N]
 };
 
 /// Of a section and a material: bending exact, torsion exact for circles and solid rectangles, Bredt's for hollow
@@ -66,6 +67,7 @@ class Beam {
 
   struct Hinge {
     const char* name;
+    JointType type;
     Vector3d axis;
     JointSpring spring;
   };

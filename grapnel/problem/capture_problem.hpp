@@ -416,15 +416,16 @@ struct ImpactSetup {
   /// that close at the same time close first, plastically.
   enum class Law { plastic, bilateral_restitution, restitution, friction, compliant, as_published };
   Law law = Law::plastic;
-  double duration = 1e-3;  // over which mean forces are taken [s]
+  double duration = 1e-3;  // over which mean forces are taken, and that tells slow modes [s]
   /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
   /// their rates, as with infinitely heavy rotors.
   /// impedance: by the law of ImpedanceSetup, law compliant only.
   enum class Joints { free, braked, driven, impedance };
   Joints joints = Joints::free;
   /// What bends during an impact. all: everything. none: nothing does meanwhile, and what bent goes on as fast as
-  /// before (for laws without duration: the more modes can answer a rigid contact the less its impulse is).
-  enum class Modes { all, none };
+  /// before (for laws without duration: the more modes can answer a rigid contact the less its impulse is). slow: those
+  /// modes of vibration answer whose period is longer than `duration`, and the others go on as before.
+  enum class Modes { all, none, slow };
   Modes modes = Modes::all;
   double restitution = 0;          // e of contacts; of grasps, of the linear rows
   double angular_restitution = 0;  // of grasps

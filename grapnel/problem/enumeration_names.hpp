@@ -62,7 +62,7 @@ template <>
 struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
 template <>
-struct Described<ImpactSetup::Modes> : Enumeration<ImpactSetup::Modes, "Modes", "all", "none"> {};
+struct Described<ImpactSetup::Modes> : Enumeration<ImpactSetup::Modes, "Modes", "all", "none", "slow"> {};
 template <>
 struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/problem/beam.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/vibration_modes.hpp"
@@ -96,6 +97,96 @@ RigidBodyInertiad less(const RigidBodyInertiad& whole, const RigidBodyInertiad& 
   return {whole.mass - part.mass, whole.first_moment - part.first_moment, whole.rotational - part.rotational};
 }
 
+// --- Modes of a link ---
+
+// A kind of bending, as Beam::Hinge has its name, and what a message calls it.
+struct Kind {
+  char name;
+  const char* words;
+};
+constexpr Kind kKinds[] = {{'y', "bending about y"}, {'z', "bending about z"}, {'a', "stretching"}, {'x', "twisting"}};
+
+struct LinkMode {
+  const Kind* kind;
+  int number;  // of its kind, from 1
+  ElasticMode vibration;
+};
+
+// The slowest modes of a link of pieces, at most `count` of each kind: clamped where its joint is, with the bodies of
+// the robot that hang on it, at the zero of their joints, as rigid bodies. `pieces` are the link's, whose first carries
+// the others. Shapes are over the joints of the pieces in their order.
+std::vector<LinkMode> modes_of_link(const RobotSetup& robot, const BodyDescription& link,
+                                    const std::vector<BodyDescription>& pieces, int count) {
+  ModelBuilder builder;
+  BodyDescription root = pieces.front();
+  root.parent.clear(), root.joint = JointDescription{}, root.X_PF = Posed::identity(), root.is_part = false;
+  root.mass = 1, root.com = Vector3d::zero(), root.inertia = Symmetric3d::diagonal(1, 1, 1);  // it does not move
+  builder.add(root);
+  for (std::size_t i = 1; i < pieces.size(); ++i) builder.add(pieces[i]);
+  std::vector<std::string> carried{link.name};
+  for (BodyDescription body : rigid_robot(robot).bodies) {  // parents first
+    if (std::find(carried.begin(), carried.end(), body.parent) == carried.end()) continue;
+    carried.push_back(body.name);
+    if (body.parent == link.name) {
+      const PlaceOnPiece place = place_on_piece(link, body.X_PF.p);
+      body.parent = place.body, body.X_PF.p = place.p;
+    }
+    body.joint.type = JointType::fixed;
+    builder.add(body);
+  }
+  const Model model = builder.build();
+  const State at_rest = zero_state(model);
+  std::vector<LinkMode> modes;
+  for (const Kind& kind : kKinds) {
+    std::vector<int> others;
+    for (const int body : model.springs()) {
+      if (model.bodies()[body].description.joint.name.back() != kind.name) others.push_back(model.bodies()[body].v);
+    }
+    std::vector<ElasticMode> of_kind = elastic_modes(model, at_rest, others);
+    for (int n = 0; n < std::min(count, static_cast<int>(of_kind.size())); ++n)
+      modes.push_back({&kind, n + 1, std::move(of_kind[static_cast<std::size_t>(n)])});
+  }
+  return modes;
+}
+
+BodyDescription without_beam(BodyDescription link) {
+  link.beam.reset();
+  return link;
+}
+
+// Pieces of a link, without modes: the link's own body, then those beyond, with the joints between.
+std::vector<BodyDescription> pieces_on_springs(const BodyDescription& link, BodyDescription root) {
+  Beam beam(link);
+  const Rest rest = rest_of(link, beam);
+  if (rest.is_nothing) beam.spread(rest.inertia);
+  const auto set = [](const RigidBodyInertiad& I, BodyDescription& body) {
+    body.mass = I.mass, body.com = I.com(), body.inertia = I.rotational_about_com();
+    body.is_part = true;
+  };
+  RigidBodyInertiad first = beam.piece_inertia(0);
+  if (!rest.is_nothing) first += RigidBodyInertiad::about_com(rest.mass, rest.com, rest.inertia);
+  set(first, root);
+  std::vector<BodyDescription> pieces{std::move(root)};
+  for (int piece = 1; piece <= beam.hinges(); ++piece) {
+    std::string parent = piece_name(link.name, piece - 1);
+    Vector3d at = beam.origin(piece) - beam.origin(piece - 1);
+    const std::vector<Beam::Hinge> springs = beam.springs(piece - 1);
+    for (const Beam::Hinge& hinge : springs) {
+      BodyDescription body;
+      const bool is_last = &hinge == &springs.back();
+      body.joint.name = fmt::format("{}{}", piece_name(link.name, piece), hinge.name);
+      body.name = is_last ? piece_name(link.name, piece) : body.joint.name;
+      body.parent = parent, body.X_PF.p = at;
+      body.joint.type = hinge.type, body.joint.axis = hinge.axis, body.joint.spring = hinge.spring;
+      body.is_part = true;
+      if (is_last) set(beam.piece_inertia(piece), body);
+      parent = body.name, at = Vector3d::zero();
+      pieces.push_back(std::move(body));
+    }
+  }
+  return pieces;
+}
+
 // A robot's bodies one by one, with what hangs on them.
 class Expansion {
  public:
@@ -160,39 +251,22 @@ class Expansion {
     body.joint.name = kGear + link.joint.name;
     body.joint.type = slides_along_axis(link.joint.type) ? JointType::prismatic : JointType::continuous;
     body.joint.axis = link.joint.axis;
-    body.joint.spring = JointSpring{link.joint.elasticity->stiffness, link.joint.elasticity->damping, 0};
+    body.joint.spring = JointSpring{link.joint.elasticity->stiffness, link.joint.elasticity->damping, 0,
+                                    link.joint.elasticity->backlash};
     flexible.bodies.push_back(std::move(turned));
   }
 
   void add_pieces(const BodyDescription& link, BodyDescription root, RobotSetup& flexible) {
-    Beam beam(link);
-    const Rest rest = rest_of(link, beam);
-    if (rest.is_nothing) beam.spread(rest.inertia);
-    const auto set = [](const RigidBodyInertiad& I, BodyDescription& body) {
-      body.mass = I.mass, body.com = I.com(), body.inertia = I.rotational_about_com();
-      body.is_part = true;
-    };
-    RigidBodyInertiad first = beam.piece_inertia(0);
-    if (!rest.is_nothing) first += RigidBodyInertiad::about_com(rest.mass, rest.com, rest.inertia);
-    set(first, root);
-    flexible.bodies.push_back(std::move(root));
-    for (int piece = 1; piece <= beam.hinges(); ++piece) {
-      std::string parent = piece_name(link.name, piece - 1);
-      Vector3d at = beam.origin(piece) - beam.origin(piece - 1);
-      const std::vector<Beam::Hinge> springs = beam.springs(piece - 1);
-      for (const Beam::Hinge& hinge : springs) {
-        BodyDescription body;
-        const bool is_last = &hinge == &springs.back();
-        body.joint.name = fmt::format("{}{}", piece_name(link.name, piece), hinge.name);
-        body.name = is_last ? piece_name(link.name, piece) : body.joint.name;
-        body.parent = parent, body.X_PF.p = at;
-        body.joint.type = JointType::continuous, body.joint.axis = hinge.axis, body.joint.spring = hinge.spring;
-        body.is_part = true;
-        if (is_last) set(beam.piece_inertia(piece), body);
-        parent = body.name, at = Vector3d::zero();
-        flexible.bodies.push_back(std::move(body));
+    std::vector<BodyDescription> pieces = pieces_on_springs(link, std::move(root));
+    if (link.beam->modes) {
+      const std::vector<LinkMode> modes = modes_of_link(robot_, link, pieces, *link.beam->modes);
+      for (std::size_t joint = 0; joint + 1 < pieces.size() && !modes.empty(); ++joint) {
+        ModalJoint& own = pieces[joint + 1].joint.modal.emplace(ModalJoint{link.name, {}});
+        for (const LinkMode& mode : modes) own.rates.push_back(mode.vibration.shape[static_cast<Eigen::Index>(joint)]);
       }
     }
+    for (BodyDescription& piece : pieces) flexible.bodies.push_back(std::move(piece));
+    const Beam beam(link);
     for (const auto& [name, shape] : robot_.geometry) {
       if (name == link.name) cut(shape, link.name, beam, flexible.geometry);
     }
@@ -256,6 +330,28 @@ std::string beam_fault(const BodyDescription& link) {
     return rest.is_nothing ? "torsional_stiffness needs inertia about the beam"
                            : "torsional_stiffness needs rotary_inertia: without it the beam's pieces have no inertia "
                              "about it";
+  return {};
+}
+
+std::string beam_modes_fault(const RobotSetup& robot, const BodyDescription& link) {
+  const BeamDescription& beam = *link.beam;
+  if (!beam.modes) return {};
+  if (*beam.modes > 2 * beam.segments)
+    return fmt::format("modes: {} of each kind are more than the {} that {} segments have", *beam.modes,
+                       2 * beam.segments, beam.segments);
+  try {
+    for (const LinkMode& mode : modes_of_link(robot, link, pieces_on_springs(link, without_beam(link)), *beam.modes)) {
+      if (mode.vibration.frequency <= beam.fastest_mode) continue;
+      return fmt::format(
+          "modes: mode {} of {} has {:.4g} Hz with what hangs on the link, above the {:.6g} Hz of fastest_mode: keep "
+          "{}, "
+          "or state a larger fastest_mode, which steps of integration must follow",
+          mode.number, mode.kind->words, mode.vibration.frequency, beam.fastest_mode,
+          mode.number == 1 ? "the link rigid so" : fmt::format("{} of each kind", mode.number - 1));
+    }
+  } catch (const ModelError&) {
+    return {};  // what is wrong with the bodies is told elsewhere
+  }
   return {};
 }
 
@@ -393,6 +489,7 @@ std::string panel_fault(const TargetSetup& target) {
     const BodyDescription& panel = robot.bodies[i + 1];
     std::string fault = inertia_fault(panel.inertia);
     if (fault.empty() && panel.beam) fault = beam_fault(panel);
+    if (fault.empty() && panel.beam) fault = beam_modes_fault(robot, panel);
     if (fault.empty() && !panel.modes.empty()) fault = modes_fault(panel);
     if (!fault.empty()) return fmt::format("panel '{}': {}", target.panels[i].name, fault);
   }

@@ -19,9 +19,10 @@ bool is_flexible(const RobotSetup& robot);
 
 /// The robot with pieces and springs in place of beams and gears that yield. Of a link NAME the piece at its joint
 /// keeps the name, the others are called NAME:1 and so on; what lies between two joints of one place, and turns the
-/// body of a gear that yields, has no mass. End-effectors, links and shapes are on the piece where they are. The order
-/// of the driven joints stays. `undeformed` of the result is the robot as it was. A robot without anything that yields
-/// stays as it is.
+/// body of a gear that yields, has no mass. The joints of a beam that keeps a few modes move by these (ModalJoint),
+/// which it has at the zero of the joints beyond it. End-effectors, links and shapes are on the piece where they are.
+/// The order of the driven joints stays. `undeformed` of the result is the robot as it was. A robot without anything
+/// that yields stays as it is.
 /// @throws std::invalid_argument naming the link, where beam_fault() or gear_fault() finds something.
 RobotSetup flexible_robot(const RobotSetup& robot);
 
@@ -66,6 +67,9 @@ std::vector<int> pieces_of(const Model& model, const std::string& link);
 /// What is wrong with a link's beam, its modes, or with a gear that yields; empty: nothing.
 std::string beam_fault(const BodyDescription& link);
 std::string modes_fault(const BodyDescription& link);
+/// What is wrong with the modes that a link's beam keeps, in which beam_fault() finds nothing: more than its segments
+/// have, or faster than it allows, carrying what hangs on it in the robot.
+std::string beam_modes_fault(const RobotSetup& robot, const BodyDescription& link);
 std::string gear_fault(const JointDescription& joint);
 
 /// Whether a body of flexible_robot() is on a joint that stands for bending or a gear, and is no joint of the robot.

@@ -362,9 +362,9 @@ class Conflicts : ConflictFinder {
                                                    [](const TargetSetup& t) { return !t.panels.empty(); });
     if (impact.law == ImpactSetup::Law::as_published && bends)
       add_key("impact.law", "impact.law: as_published: the thesis's formulas are those of rigid robots and targets");
-    if (impact.modes == ImpactSetup::Modes::none && impact.law == ImpactSetup::Law::compliant)
+    if (impact.modes != ImpactSetup::Modes::all && impact.law == ImpactSetup::Law::compliant)
       add_key("impact.modes",
-              "impact.modes: with law compliant everything bends as it does; none is for impacts without "
+              "impact.modes: with law compliant everything bends as it does; none and slow are for impacts without "
               "duration");
     const std::size_t before = found_.size();
     if (impact.law == Law::as_published) check_published();
@@ -518,8 +518,9 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
         found.push_back({here + ".modes", fmt::format("{}.modes: {}", shown, fault)});
     }
     if (body.beam && !is_lost) {
-      if (const std::string fault = beam_fault(body); !fault.empty())
-        found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
+      std::string fault = beam_fault(body);
+      if (fault.empty()) fault = beam_modes_fault(robot, body);
+      if (!fault.empty()) found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
     }
     if (!is_lost && is_in_order) continue;
     if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});

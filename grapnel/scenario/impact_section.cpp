@@ -75,7 +75,9 @@ struct Described<ImpactSetup> {
           "the relative velocity back, u+ = -E u-, and do not hold. restitution: contacts, without "
           "friction. friction: contacts, with Coulomb's. compliant: grasps and contacts resolved in time. "
           "as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
-      field<&T::duration>("duration", "s", "Over which mean forces are taken; it has no influence on the motion.")
+      field<&T::duration>("duration", "s",
+                          "Over which mean forces are taken; it has no influence on the motion, but that modes: slow "
+                          "goes by it.")
           .above(0),
       field<&T::joints>("joints", "",
                         "The robot's joints during the impact. Absent or free: driven by nothing (their rotors count). "
@@ -85,9 +87,11 @@ struct Described<ImpactSetup> {
           .optional(),
       field<&T::modes>(
           "modes", "",
-          "Which modes of what bends answer the impact. all: every one. none: nothing bends meanwhile, and "
-          "what bent goes on as fast as before; not for law compliant. By law plastic impact.by_modes of "
-          "the summary shows how the impulse depends on it."),
+          "Which modes of what bends answer the impact. all: every one. none: nothing bends meanwhile, and what bent "
+          "goes on as fast as before. slow: those whose period is longer than duration; the others go on as before. "
+          "Law compliant has none of it. By law plastic impact.by_modes of the summary shows how the impulse depends "
+          "on "
+          "it."),
       field<&T::restitution>("restitution", "",
                              "e, of laws restitution and friction; of bilateral_restitution a number for all rows, or "
                              "one for linear and one for angular rows.")

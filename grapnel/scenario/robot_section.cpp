@@ -224,6 +224,10 @@ struct Described<JointElasticity> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::stiffness>("stiffness", "N m/rad or N/m", "Of the gear, seen at the joint.").above(0).required(),
       field<&T::damping>("damping", "N m s/rad or N s/m", "Likewise.").at_least(0),
+      field<&T::backlash>("backlash", "rad or m",
+                          "How far the link can be moved against its motor, seen at the joint, before the spring "
+                          "resists; the damper always does.")
+          .at_least(0),
   });
   static constexpr Type type = structure<T>(
       "joint_elasticity",
@@ -268,6 +272,7 @@ struct Described<BeamStation> {
       field<&T::bending_stiffness_y>("bending_stiffness_y", "N m^2", "").above(0).optional(),
       field<&T::bending_stiffness_z>("bending_stiffness_z", "N m^2", "").above(0).optional(),
       field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "").above(0).optional(),
+      field<&T::axial_stiffness>("axial_stiffness", "N", "").above(0).optional(),
       field<&T::section>("section", "", "").optional(),
   });
   static constexpr Type type =
@@ -303,8 +308,10 @@ struct Described<BeamDescription> {
       field<&T::torsional_stiffness>("torsional_stiffness", "N m^2", "G J; absent: it does not twist.")
           .above(0)
           .optional(),
+      field<&T::axial_stiffness>("axial_stiffness", "N", "E A; absent: it does not stretch.").above(0).optional(),
       field<&T::material>("material", "", "").optional(),
       field<&T::section>("section", "", "The same all along the beam.").optional(),
+      field<&T::stretches>("stretches", "", "With a section and a material: whether E A counts."),
       field<&T::stations>("stations", "",
                           "A beam that is not the same everywhere, from its beginning to its end: what stations state, "
                           "numbers or sizes of sections, is linear between them.")
@@ -320,6 +327,16 @@ struct Described<BeamDescription> {
           "fourth power of their number, of twisting and of what tension stiffens with the square.")
           .at_least(1)
           .at_most(100),
+      field<&T::modes>("modes", "",
+                       "It bends and twists only by so many of its slowest modes of each kind (bending about y, about "
+                       "z, twisting), which it has clamped where it begins, carrying what hangs on the link; absent: "
+                       "by all that its segments allow.")
+          .at_least(1)
+          .at_most(200)
+          .optional(),
+      field<&T::fastest_mode>("fastest_mode", "Hz",
+                              "None of these modes may be faster: integration has to follow every one of them.")
+          .above(0),
   });
   static constexpr Type type = structure<T>(
       "beam",

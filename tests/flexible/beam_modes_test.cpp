@@ -217,6 +217,48 @@ TEST(BeamModes, OfTorsion) {
   EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.1);
 }
 
+// A bar that stretches: (pi / 2 L) sqrt(E A / rho A), 3 (pi / 2 L) and so on, and its damping ratio; E A stated, or
+// from a section and a material.
+TEST(BeamModes, OfStretching) {
+  std::vector<double> errors;
+  for (int segments : {4, 8}) {
+    RobotSetup robot = only_base(1, 1, true);
+    BodyDescription link = slender_link("beam", "base", JointType::fixed, 2, 3, 70, segments);
+    link.beam->bending_stiffness_z.reset();
+    link.beam->axial_stiffness = 3e5;
+    link.beam->damping_ratio = 0.01;
+    robot.bodies.push_back(link);
+    const Model model = model_of(robot);
+    const auto modes = elastic_modes(model, zero_state(model), {});
+    ASSERT_EQ(modes.size(), static_cast<std::size_t>(2 * segments));
+    errors.push_back(std::abs(kTwoPi * modes[0].frequency / (std::numbers::pi / 4 * std::sqrt(3e5 / 3)) - 1));
+    EXPECT_NEAR(modes[0].damping_ratio, 0.01, 1e-4);
+    EXPECT_NEAR(modes[1].frequency / modes[0].frequency, 3, 0.1);
+  }
+  EXPECT_LT(errors[1], 5e-4);
+  EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.1);
+
+  RobotSetup robot = only_base(1, 1, true);
+  BodyDescription link = slender_link("beam", "base", JointType::fixed, 2, 2700 * 0.01 * 0.02, 70, 4);
+  link.inertia.xx = 2700 * (0.01 * 8e-6 + 0.02 * 1e-6) / 12 * 2 * 1.0001;
+  link.inertia.yy += 1e-3, link.inertia.zz += 1e-3;
+  link.beam->bending_stiffness_z.reset();
+  link.beam->material = BeamMaterial{70e9, 26e9, 2700};
+  link.beam->section = BeamSection{};
+  link.beam->section->width = 0.01, link.beam->section->height = 0.02;
+  link.beam->stretches = true;
+  robot.bodies.push_back(link);
+  const Model model = model_of(robot);
+  int sliding = 0;
+  for (const int body : model.springs()) {
+    const JointDescription& joint = model.bodies()[body].description.joint;
+    if (joint.type != JointType::prismatic) continue;
+    ++sliding;
+    EXPECT_NEAR(joint.spring->stiffness, 70e9 * 0.01 * 0.02 / 0.25, 1e-3);
+  }
+  EXPECT_EQ(sliding, 8);
+}
+
 // omega^2 = k (1 / J_r + 1 / J_l): k = 5000 N m/rad, 1 and 2 kg m^2; and with the rotor braked.
 TEST(GearModes, InClosedForm) {
   RobotSetup robot = only_base(1, 1, true);

@@ -98,6 +98,28 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
     EXPECT_NEAR(none.impact->by_modes.front().impulses[g], by_modes.front().impulses[g], 1e-12);
   }
   EXPECT_TRUE(none.impact->held_joints.empty());  // pieces are no joints that anybody drives
+
+  // Those alone whose period is longer than the impact: with that many the list says what it then is.
+  p.impact->modes = ImpactSetup::Modes::slow;
+  for (const std::size_t n : {0u, 5u, 12u}) {
+    const double above = n == 12 ? 1e6 : by_modes[n + 1].frequency;
+    p.impact->duration = 2 / (by_modes[n].frequency + above);
+    const CaptureResult slow = completed(p);
+    for (std::size_t g = 0; g < 2; ++g) {
+      EXPECT_NEAR(by_modes[n].impulses[g], norm(slow.impact->grasps[g].impulse), 1e-9) << n;
+      EXPECT_EQ(slow.impact->by_modes.size(), by_modes.size());
+    }
+    EXPECT_TRUE(slow.impact->held_joints.empty());
+    EXPECT_EQ(slow.impact->sensitivities.empty(), n < 12);
+  }
+  // And with joints that are braked meanwhile.
+  p.impact->joints = ImpactSetup::Joints::braked;
+  const CaptureResult braked = completed(p);
+  EXPECT_NEAR(braked.impact->by_modes.back().impulses[0], norm(braked.impact->grasps[0].impulse), 1e-9);
+  p.impact->duration = 2 / (braked.impact->by_modes[6].frequency + braked.impact->by_modes[7].frequency);
+  const CaptureResult stiff = completed(p);
+  EXPECT_NEAR(braked.impact->by_modes[6].impulses[0], norm(stiff.impact->grasps[0].impulse), 1e-9);
+  EXPECT_FALSE(stiff.impact->held_joints.empty());
   EXPECT_TRUE(warns(r, "depends on how many modes answer it"));
   EXPECT_FALSE(warns(none, "depends on how many modes answer it"));
 }

@@ -202,5 +202,27 @@ TEST(BeamFault, SaysWhatIsWrong) {
   EXPECT_THAT(gear_fault(joint), HasSubstr("one axis"));
 }
 
+// With what hangs on the link: a load that slows its modes down makes them admissible.
+TEST(BeamFault, SaysWhichModesAreTooManyOrTooFast) {
+  RobotSetup robot = only_base(100, 20);
+  robot.bodies.push_back(slender_link("beam", "base", JointType::revolute, 1, 2, 2000, 2));
+  BodyDescription& link = robot.bodies[1];
+  EXPECT_EQ(beam_modes_fault(robot, link), "");
+  link.beam->modes = 5;
+  EXPECT_EQ(beam_modes_fault(robot, link), "modes: 5 of each kind are more than the 4 that 2 segments have");
+  link.beam->modes = 2;
+  EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("modes: mode 2 of bending about z has 1"));
+  EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("above the 100 Hz of fastest_mode: keep 1 of each kind, or"));
+  link.beam->modes = 1;
+  EXPECT_EQ(beam_modes_fault(robot, link), "");
+  link.beam->fastest_mode = 10;
+  EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("mode 1 of bending about z has 17.69 Hz"));
+  BodyDescription load = robot.bodies[0];
+  load.name = "load", load.parent = "beam", load.X_PF.p = {1, 0, 0}, load.joint.name = "wrist";
+  load.joint.type = JointType::revolute;
+  robot.bodies.push_back(load);
+  EXPECT_EQ(beam_modes_fault(robot, robot.bodies[1]), "");
+}
+
 }  // namespace flexible_robot_test
 }  // namespace grapnel::testing
