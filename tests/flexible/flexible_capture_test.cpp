@@ -151,6 +151,13 @@ TEST(FlexibleCapture, ImpactsInTime) {
   const CaptureResult r = completed(p);
   EXPECT_TRUE(r.impact->by_modes.empty());
   EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.1);
+  // Which modes are slower than it.
+  const CompliantReport& c = *r.impact->compliant;
+  EXPECT_EQ(c.modes, r.elastic[0].springs);
+  EXPECT_NEAR(c.duration, 0.6, 1e-12);
+  EXPECT_LT(c.fastest_period, c.slowest_period);
+  EXPECT_EQ(c.slower_modes, 0);  // with free joints the slowest has 22 Hz
+  EXPECT_NEAR(c.slowest_period, 1 / 21.7, 2e-3);
 }
 
 // Gears that yield, a panel on a hinge with a spring, a load on a link's far end.

@@ -116,7 +116,7 @@ TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
               "impact.held_joints[]");
   expect_keys(impact["compliant"],
               {"end", "duration", "energy_lost", "elastic_energy_after", "residual_impulse", "energy_residual",
-               "motor_work", "rhs_evaluations"},
+               "motor_work", "rhs_evaluations", "modes", "slower_modes", "slowest_period", "fastest_period"},
               "impact.compliant");
   expect_keys(impact["measures"],
               {"end_effectors", "largest_impulse", "smallest_impulse", "coupled_index", "miss_of_robot_com",
