@@ -23,6 +23,15 @@
 namespace grapnel {
 namespace {
 
+// Flights are good to about this [m, rad and their rates].
+constexpr double kArrivedInFlight = 10 * kArrived;
+
+// Of the joints' motion on a segment, as PathSegment::fly() takes it.
+struct Spline {
+  int knots = 0;
+  std::vector<double> coefficients = {};
+};
+
 // Ends planning; becomes ApproachPlan::failure.
 struct Unplannable : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -184,9 +193,10 @@ class Planner {
     require_undisturbed(reach);
   }
 
-  // Where something acts from outside, where the base is on its way is not what momentum says.
+  // Where something acts from outside, where the base is on its way is not what momentum says. What bends keeps the
+  // momentum, and moves the base by little.
   void require_undisturbed(const ReachProblem& reach) const {
-    if (!disturbed() || !asks_of_way(reach)) return;
+    if (!disturbed_beside_bending() || !asks_of_way(reach)) return;
     throw Unplannable(
         fmt::format("planning the approach: limits on the way, clearance, base_turn, knots and the objectives effort, "
                     "base_attitude, base_motion, clearance, impulse and impulse_index are planned by the conservation "
@@ -373,18 +383,19 @@ class Planner {
   // --- What the momentum integral does not know ---------------------------------------------------------------------
 
   // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
-  bool disturbed() const {
+  bool disturbed() const { return bends() || disturbed_beside_bending(); }
+  bool bends() const { return !flown_.elastic_joints.empty(); }
+  bool disturbed_beside_bending() const {
     return approach_.base_control.has_value() || problem_.orbit.has_value() || !flown_.wheels.empty() ||
-           !flown_.gyros.empty() || !flown_.elastic_joints.empty() ||
-           !loads_on(servicer_.model, problem_.loads).empty();
+           !flown_.gyros.empty() || !loads_on(servicer_.model, problem_.loads).empty();
   }
 
   // Of them, those that there are.
   std::string disturbances() const {
     return std::string(problem_.orbit ? "the orbit's field, " : "") +
            (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
-           (flown_.gyros.empty() ? "" : "the control moment gyros, ") +
-           (flown_.elastic_joints.empty() ? "" : "what yields, ") + "the loads or the base's attitude control";
+           (flown_.gyros.empty() ? "" : "the control moment gyros, ") + (bends() ? "what yields, " : "") +
+           "the loads or the base's attitude control";
   }
 
   // Loads on a target that is to be grasped.
@@ -398,7 +409,7 @@ class Planner {
   // Goals for the servicer taken for rigid, whose end-effectors are where it wants them when those that its bending has
   // moved are where they are to be, and likewise their velocities.
   std::vector<Goal> less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const {
-    if (flown_.elastic_joints.empty()) return goals;
+    if (!bends()) return goals;
     const Kinematics bent = forward_kinematics(flown_.model, flown),
                      straight = forward_kinematics(servicer_.model, rigid);
     for (Goal& goal : goals) {
@@ -415,18 +426,23 @@ class Planner {
   }
 
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
-  State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate) {
+  State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate,
+                      const Spline& spline) {
     std::vector<JointTrajectory> joints = plan_.joints;
-    PathSegment segment(base_, reach.start, motion_);
+    SegmentStart start = reach.start;
+    start.knots = spline.knots;
+    PathSegment segment(base_, start, motion_);
     for (std::size_t j = 0; j < position.size(); ++j) {
-      joints[j].pieces.push_back(
-          {reach.start.begin, reach.start.end, segment.path(static_cast<int>(j), position[j], rate[j])});
+      const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], spline.coefficients);
+      joints[j].pieces.insert(joints[j].pieces.end(), pieces.begin(), pieces.end());
     }
+    return fly(joints, reach.start.end);
+  }
+  State fly(const std::vector<JointTrajectory>& joints, double end) {
     PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
     StepWatch watch;
     watch.each_step = each_step();
-    const PhaseOutcome outcome =
-        simulate_phase(dynamics, flown_start_, begin_, reach.start.end, problem_.integration, watch);
+    const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
     return outcome.end_state;
@@ -434,8 +450,8 @@ class Planner {
 
   // A disturbed motion's end, against the goals and the demand.
   FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
-                         const std::vector<double>& rate) {
-    const State flown = fly_disturbed(reach, position, rate);
+                         const std::vector<double>& rate, const Spline& spline) {
+    const State flown = fly_disturbed(reach, position, rate, spline);
     const State end = without_inner_motion(flown_, flown, servicer_);
     const std::vector<Goal> goals = less_bending(reach.goals, flown, end);
     const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
@@ -454,21 +470,31 @@ class Planner {
     result.unmet = demanded.unmet;
     return result;
   }
-  Flight disturbed_flight(const ReachProblem& reach) {
-    return [this, &reach](const std::vector<double>& position, const std::vector<double>& rate) {
-      return disturbed_end(reach, position, rate);
-    };
-  }
 
-  // From the solution without disturbance to the one with it.
+  // From the solution without disturbance to the one with it. A spline's coefficients stay, so that what was asked of
+  // the way is kept but for what the final values change.
   ReachSolution allow_for_disturbance(const ReachProblem& reach, ReachSolution solution, const std::string& what) {
+    const Spline spline{solution.knots, solution.coefficients};
+    const Flight flight = [&](const std::vector<double>& position, const std::vector<double>& rate) {
+      return disturbed_end(reach, position, rate, spline);
+    };
     const FlownSolution flown =
-        solve_by_flights(disturbed_flight(reach), solution.position, solution.rate, reach.lower, reach.upper, kArrived);
+        solve_by_flights(flight, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
     solution.iterations += flown.iterations;
     solution.position = flown.position, solution.rate = flown.rate;
     solution.miss = misses(reach.goals, flown.end.error);
     solution.unmet_rate = flown.end.unmet;
-    if (flown.found) return solution;
+    if (flown.found) {
+      if (asks_of_way(reach)) {
+        plan_.warnings.push_back(
+            "approach: limits on the way, clearance and base_turn are kept by the plan of the robot that does not "
+            "bend; "
+            "how far the one that bends keeps them, with the final values that bring it to its points, is watched in "
+            "the "
+            "run");
+      }
+      return solution;
+    }
     solution.found = false;
     report(reach, solution);
     std::string text;
@@ -490,7 +516,7 @@ class Planner {
                                       const std::vector<double>& undisturbed) {
     // Where the end-effectors come to be is given: their error is no matter.
     const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
-      FlownEnd end = disturbed_end(reach, p, r);
+      FlownEnd end = disturbed_end(reach, p, r, {});
       end.error.setZero();
       return end;
     };
@@ -520,24 +546,77 @@ class Planner {
       in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
     }
     in.goals = straight_goals(problem_, servicer_.model);
-    ReachProblem reach = reach_to(begin, goals_at(in, in.targets, setup.stand_off, 0), RateDemand::task);
-    set_search(reach);
-    const ReachSolution s = solve(reach, ", stand-off");
-    report(reach, s);
-    advance(begin, s.position, s.rate, s.knots, s.coefficients);
-    in.position = position_, in.X_WB = X_WB_;
-    take_straight_in(in, plan_straight_in(base_, in));
+    if (bends()) {
+      come_in_bending(in);
+    } else {
+      come_in(in, {});
+    }
     if (approach_.base_control || !loads_on(servicer_.model, problem_.loads).empty() || targets_loaded()) {
       plan_.warnings.push_back(
           "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
           "these do");
     }
-    if (!flown_.elastic_joints.empty()) {
-      plan_.warnings.push_back(
-          "approach: straight_in is planned for a robot that does not bend; the end-effectors will miss by what it "
-          "does");
-    }
     if (problem_.orbit) warn_of_orbit(in);
+  }
+
+  // To the stand-off and straight in. `guess`: where the search for the stand-off begins; empty: as approach.plan says.
+  void come_in(StraightInProblem& in, const std::vector<double>& guess) {
+    ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.stand_off, 0), RateDemand::task);
+    set_search(reach);
+    if (!guess.empty()) reach.guess = guess, reach.starts = 1;
+    const ReachSolution s = solve(reach, ", stand-off");
+    report(reach, s);
+    advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
+    in.position = position_, in.X_WB = X_WB_;
+    take_straight_in(in, plan_straight_in(base_, in));
+  }
+
+  // The grasp points to which the rigid robot comes in are shifted, in their targets, by what a flight of the one that
+  // bends is off, until that one's end-effectors are on the points that are meant.
+  void come_in_bending(StraightInProblem& in) {
+    constexpr int kMost = 8;
+    const std::vector<StraightGoal> meant = in.goals;
+    const ApproachPlan before = plan_;
+    const double time = time_;
+    const std::vector<double> position = position_, rate = rate_;
+    const Posed X_WB = X_WB_;
+    std::vector<double> guess;
+    for (int i = 0;; ++i) {
+      come_in(in, guess);
+      guess = in.position;
+      const std::vector<Vector3d> missed = missed_by_bending(meant, in.end);  // in the targets
+      double largest = 0;
+      for (std::size_t g = 0; g < meant.size(); ++g) {
+        plan_.report.miss[g].distance = norm(missed[g]);
+        largest = std::max(largest, norm(missed[g]));
+      }
+      if (largest <= kArrivedInFlight || i == kMost) {
+        plan_.warnings.push_back(fmt::format(
+            "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
+            "points; "
+            "it is planned for the one that does not bend, from whose velocities and turns there they differ by what "
+            "bends",
+            largest));
+        return;
+      }
+      for (std::size_t g = 0; g < meant.size(); ++g) in.goals[g].X_TG.p = in.goals[g].X_TG.p - missed[g];
+      const long evaluations = plan_.report.rhs_evaluations;
+      plan_ = before;
+      plan_.report.rhs_evaluations = evaluations;
+      time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
+    }
+  }
+
+  // How far end-effectors are from their grasp points at the end of the plan, if it is flown by the robot that bends.
+  std::vector<Vector3d> missed_by_bending(const std::vector<StraightGoal>& goals, double end) {
+    const Kinematics k = forward_kinematics(flown_.model, fly(plan_.joints, end));
+    std::vector<Vector3d> missed;
+    for (const StraightGoal& goal : goals) {
+      const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+      const Posed& X_WT = targets_.capture[static_cast<std::size_t>(goal.target)].X_WT;
+      missed.push_back(inverse(X_WT) * frame_pose(flown_.model, k, frame).p - goal.X_TG.p);
+    }
+    return missed;
   }
 
   // What the field near the orbit does to a plan that knows nothing of it, at most (14.6). Places: an acceleration of

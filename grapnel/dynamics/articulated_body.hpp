@@ -35,7 +35,7 @@ struct LinkScratch {
   Momentum<S> momentum;           // likewise, about the link's origin
 };
 
-/// Scratch of the joints that move by the modes of a chain, (4.13) to (4.16) of docs/theory.md; nobody but the kernels
+/// Scratch of the joints that move by the modes of a chain, (4.14) to (4.16) of docs/theory.md; nobody but the kernels
 /// reads it.
 struct ChainScratch {
   std::vector<Wrenchd> U;  // per mode: the wrench at the link under way that its unit acceleration takes; then G

@@ -514,7 +514,7 @@ GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const Dynamic
   }
 }
 
-// --- Joints that move by the modes of a chain: (4.13) to (4.16) of docs/theory.md. -----------------------------------
+// --- Joints that move by the modes of a chain: (4.14) to (4.16) of docs/theory.md. -----------------------------------
 //
 // Of what lies beyond a joint, with A' the acceleration that arrives at its link from the inside, the joint passes on
 // the wrench I A' + p + U eta'', and what the modes ask of the joints met so far is D eta'' + r + U^T A' = 0. One joint

@@ -94,7 +94,9 @@ std::map<std::string, std::vector<std::size_t>> bodies_of_chains(const std::vect
 
 std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent) {
   std::vector<std::string> faults;
-  for (const auto& [name, members] : bodies_of_chains(bodies)) {
+  for (const auto& chain : bodies_of_chains(bodies)) {
+    const std::string& name = chain.first;
+    const std::vector<std::size_t>& members = chain.second;
     const auto fault = [&](const char* text) {
       faults.push_back(fmt::format("joints '{}' that move by modes: {}", name, text));
     };

@@ -45,6 +45,15 @@ double minimum_of(const CaptureResult& r) {
   return 0;
 }
 
+// Of the base, from where it was.
+double largest_turn(const CaptureResult& r) {
+  double largest = 0;
+  const Rotationd R = pose_at(r, "base", 0).R;
+  for (std::size_t i = 0; i <= last_sample(r, "approach"); ++i)
+    largest = std::max(largest, rotation_angle(transpose(R) * pose_at(r, "base", i).R));
+  return largest;
+}
+
 double term_of(const CaptureResult& r, Objective objective) {
   for (const PlanTerm& t : r.plan->terms) {
     if (t.name == name_of(objective)) return t.value;
@@ -183,13 +192,6 @@ TEST(PlannedLimits, HoldInTheFlight) {
 TEST(PlannedAttitude, StaysWithinTheAngle) {
   CaptureProblem p = first_plan();
   p.impact.reset();
-  const auto largest_turn = [](const CaptureResult& r) {
-    double largest = 0;
-    const Rotationd R = pose_at(r, "base", 0).R;
-    for (std::size_t i = 0; i <= last_sample(r, "approach"); ++i)
-      largest = std::max(largest, rotation_angle(transpose(R) * pose_at(r, "base", i).R));
-    return largest;
-  };
   EXPECT_GT(largest_turn(flown(p)), 0.1);
   for (const double turn : {1e-2, 1e-4}) {
     plan_of(p).base_turn = turn;
@@ -334,6 +336,45 @@ TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
   std::printf("[ measured ] %.3g rad/s free, %.3g rad/s matched\n", free, matched);
   EXPECT_GT(free, 0.01);
   EXPECT_LT(matched, 1e-9);
+}
+
+// --- Of a robot that bends
+
+// The plan is of the rigid robot, with final values that bring the one that bends to its points: what it keeps is kept
+// to within what bending does to it.
+TEST(PlannedWay, IsKeptByRobotsThatBend) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
+  p.post_impact.reset();
+  p.output_interval = 0.02;
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.beam) body.beam->modes = 1;
+  }
+  plan_of(p).objective = Objective::excursion;
+  const double free = largest_turn(flown(p));
+  plan_of(p).base_turn = 0.5 * free, plan_of(p).knots = 2;
+  const CaptureResult r = flown(p);
+  EXPECT_LT(largest_turn(r), 0.5 * free + 1e-3);
+  EXPECT_GT(largest_turn(r), 0.4 * free);
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("kept by the plan of the robot that does not bend")));
+}
+
+// Straight in: the points to which the rigid robot comes are shifted until the hands that bend are on theirs.
+TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
+  p.post_impact.reset();
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.beam) body.beam->modes = 1;
+  }
+  p.approach->match.reset();
+  p.approach->straight_in = StraightIn{0.1, 5, 0.01};
+  p.targets[0].grasp_points[0].approach_direction = Vector3d{0, -1, 0};
+  p.targets[1].grasp_points[0].approach_direction = Vector3d{0, 1, 0};
+  for (GraspSetup& grasp : p.grasps) grasp.orientation = GraspSetup::Orientation::free;
+  const CaptureResult r = flown(p);
+  EXPECT_THAT(r.warnings,
+              ::testing::Contains(HasSubstr("straight_in brings the end-effectors of the robot that bends")));
 }
 
 // --- What stands against it

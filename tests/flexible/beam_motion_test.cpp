@@ -9,7 +9,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <tuple>
 
 #include "flexible/flexible_model.hpp"
 #include "grapnel/dense/decompositions.hpp"
@@ -125,17 +124,20 @@ TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
   EXPECT_NEAR(spinning_frequency(4, 0, false), 5.5850, 1e-4);
   EXPECT_NEAR(spinning_frequency(0, 0, false), 3.5160, 1e-4);
   const double spin = 4;
-  for (const auto& [offset, in_plane, modes] : {std::tuple{0.0, false, std::optional<int>()},
-                                                {0.0, true, {}},
-                                                {1.0, false, {}},
-                                                {1.0, true, {}},
-                                                {0.0, false, 3},
-                                                {1.0, true, 3}}) {
+  struct Case {
+    double offset;
+    bool in_plane;
+    std::optional<int> modes = {};
+  };
+  for (const Case& c :
+       {Case{0, false}, Case{0, true}, Case{1, false}, Case{1, true}, Case{0, false, 3}, Case{1, true, 3}}) {
+    const double offset = c.offset;
+    const bool in_plane = c.in_plane;
     RobotSetup robot = only_base(1, 1, true);
     BodyDescription link = slender_link("beam", "base", JointType::revolute, 1, 1, 1, 4);
     link.com[0] += offset, link.beam->from[0] += offset, link.beam->to[0] += offset;
     if (!in_plane) link.beam->bending_stiffness_z.reset(), link.beam->bending_stiffness_y = 1;
-    link.beam->modes = modes;
+    link.beam->modes = c.modes;
     robot.bodies.push_back(link);
     const Model model = model_of(robot);
     const ElasticMode first = elastic_modes(model, zero_state(model), velocities_of(model, "beam")).front();
@@ -163,7 +165,7 @@ TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
       if (fit(w) > best) best = fit(w), at = w;
     }
     const double exact = spinning_frequency(spin, offset, in_plane);
-    EXPECT_NEAR(at, exact, 0.01 * exact) << offset << ' ' << in_plane << ' ' << modes.has_value();
+    EXPECT_NEAR(at, exact, 0.01 * exact) << offset << ' ' << in_plane << ' ' << c.modes.has_value();
   }
 }
 
