@@ -488,10 +488,8 @@ class Planner {
       if (asks_of_way(reach)) {
         plan_.warnings.push_back(
             "approach: limits on the way, clearance and base_turn are kept by the plan of the robot that does not "
-            "bend; "
-            "how far the one that bends keeps them, with the final values that bring it to its points, is watched in "
-            "the "
-            "run");
+            "bend; how far the one that bends keeps them, with the final values that bring it to its points, is "
+            "watched in the run");
       }
       return solution;
     }
@@ -593,9 +591,8 @@ class Planner {
       if (largest <= kArrivedInFlight || i == kMost) {
         plan_.warnings.push_back(fmt::format(
             "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
-            "points; "
-            "it is planned for the one that does not bend, from whose velocities and turns there they differ by what "
-            "bends",
+            "points; it is planned for the one that does not bend, from whose velocities and turns there they differ "
+            "by what bends",
             largest));
         return;
       }

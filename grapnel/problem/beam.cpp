@@ -138,8 +138,7 @@ std::string description_fault(const BeamDescription& b) {
   for (int k = 2; k < kCount; ++k) yields = yields || own(b, k) || states(k);
   if (!yields)
     return "a beam needs bending_stiffness_y, bending_stiffness_z, torsional_stiffness or axial_stiffness, or a "
-           "section "
-           "and a material";
+           "section and a material";
   if (b.stations.empty()) return {};
   if (b.stations.size() < 2) return "a beam has stations at both of its ends, or none";
   for (std::size_t i = 0; i < b.stations.size(); ++i) {
