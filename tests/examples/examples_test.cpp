@@ -499,6 +499,17 @@ void expect_ringing_panels(const CaptureResult& r) {
   EXPECT_GT(last, 2 * before);  // measured 2.4
 }
 
+// It arrives although it bends, and what it holds makes its slowest mode five times slower.
+void expect_a_long_arm(const CaptureResult& r) {
+  EXPECT_LT(r.impact->grasps[0].gap, 1e-9);
+  ASSERT_EQ(r.elastic.size(), 2u);
+  std::printf("[ measured ] %.5f Hz alone, %.5f Hz with the vehicle\n", r.elastic[0].modes[0].held,
+              r.elastic[1].modes[0].held);
+  EXPECT_NEAR(r.elastic[0].modes[0].held, 0.40876, 1e-4);
+  EXPECT_NEAR(r.elastic[1].modes[0].held, 0.08114, 1e-4);
+  EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.4);  // measured 0.4695
+}
+
 // What the plan weighs and keeps, in the flight: the base hardly turns, and the arms keep their distance but for what
 // tracking errs by.
 void expect_a_quiet_approach(const CaptureResult& r) {
@@ -526,7 +537,9 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   expect_complete_scene(r, p);
   const SceneDeviation d = scene_deviation(r);
   EXPECT_LT(d.end_effectors, 1e-12);
-  EXPECT_LT(d.joints, 1e-12);
+  // Between two pieces that bend about several axes the scene tells the last of their hinges, which the others have
+  // turned.
+  EXPECT_LT(d.joints, name == "station-arm-flexible" ? 1e-3 : 1e-12);
   EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name == "first-plan" || name == "own-controller" ||
                                 name == "planar-admittance");
   if (r.scene.planar) {
@@ -556,6 +569,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   if (name == "planar-admittance") return expect_a_softer_hit(p, r);
   if (name == "dual-arm-squeeze") return expect_a_squeeze(r);
   if (name == "dual-arm-satellite-panels") return expect_ringing_panels(r);
+  if (name == "station-arm-flexible") return expect_a_long_arm(r);
   ASSERT_NE(std::find(kPlanned.begin(), kPlanned.end(), name), kPlanned.end()) << "no test knows what it shows";
   expect_within_limits(p, r);
   if (name == "dual-arm-satellite-handles") expect_closed_loops(r, 12, {1.1, 0.8}, 1);
