@@ -337,13 +337,13 @@ std::string beam_modes_fault(const RobotSetup& robot, const BodyDescription& lin
   const BeamDescription& beam = *link.beam;
   if (!beam.modes) return {};
   if (*beam.modes > 2 * beam.segments)
-    return fmt::format("modes: {} of each kind are more than the {} that {} segments have", *beam.modes,
-                       2 * beam.segments, beam.segments);
+    return fmt::format("{} of each kind are more than the {} that {} segments have", *beam.modes, 2 * beam.segments,
+                       beam.segments);
   try {
     for (const LinkMode& mode : modes_of_link(robot, link, pieces_on_springs(link, without_beam(link)), *beam.modes)) {
       if (mode.vibration.frequency <= beam.fastest_mode) continue;
       return fmt::format(
-          "modes: mode {} of {} has {:.4g} Hz with what hangs on the link, above the {:.6g} Hz of fastest_mode: keep "
+          "mode {} of {} has {:.4g} Hz with what hangs on the link, above the {:.6g} Hz of fastest_mode: keep "
           "{}, "
           "or state a larger fastest_mode, which steps of integration must follow",
           mode.number, mode.kind->words, mode.vibration.frequency, beam.fastest_mode,
@@ -489,7 +489,10 @@ std::string panel_fault(const TargetSetup& target) {
     const BodyDescription& panel = robot.bodies[i + 1];
     std::string fault = inertia_fault(panel.inertia);
     if (fault.empty() && panel.beam) fault = beam_fault(panel);
-    if (fault.empty() && panel.beam) fault = beam_modes_fault(robot, panel);
+    if (fault.empty() && panel.beam) {
+      if (const std::string of_modes = beam_modes_fault(robot, panel); !of_modes.empty())
+        fault = "beam.modes: " + of_modes;
+    }
     if (fault.empty() && !panel.modes.empty()) fault = modes_fault(panel);
     if (!fault.empty()) return fmt::format("panel '{}': {}", target.panels[i].name, fault);
   }

@@ -518,9 +518,11 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
         found.push_back({here + ".modes", fmt::format("{}.modes: {}", shown, fault)});
     }
     if (body.beam && !is_lost) {
-      std::string fault = beam_fault(body);
-      if (fault.empty()) fault = beam_modes_fault(robot, body);
-      if (!fault.empty()) found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
+      if (const std::string fault = beam_fault(body); !fault.empty()) {
+        found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
+      } else if (const std::string of_modes = beam_modes_fault(robot, body); !of_modes.empty()) {
+        found.push_back({here + ".beam.modes", fmt::format("{}.beam.modes: {}", shown, of_modes)});
+      }
     }
     if (!is_lost && is_in_order) continue;
     if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});

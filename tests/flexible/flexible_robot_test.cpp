@@ -209,9 +209,9 @@ TEST(BeamFault, SaysWhichModesAreTooManyOrTooFast) {
   BodyDescription& link = robot.bodies[1];
   EXPECT_EQ(beam_modes_fault(robot, link), "");
   link.beam->modes = 5;
-  EXPECT_EQ(beam_modes_fault(robot, link), "modes: 5 of each kind are more than the 4 that 2 segments have");
+  EXPECT_EQ(beam_modes_fault(robot, link), "5 of each kind are more than the 4 that 2 segments have");
   link.beam->modes = 2;
-  EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("modes: mode 2 of bending about z has 1"));
+  EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("mode 2 of bending about z has 1"));
   EXPECT_THAT(beam_modes_fault(robot, link), HasSubstr("above the 100 Hz of fastest_mode: keep 1 of each kind, or"));
   link.beam->modes = 1;
   EXPECT_EQ(beam_modes_fault(robot, link), "");

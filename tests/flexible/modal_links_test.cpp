@@ -13,6 +13,9 @@
 #include "grapnel/dynamics/elastic_modes.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/impact/bilateral_restitution.hpp"
+#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/impact/impulse_sensitivity.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -370,6 +373,55 @@ TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
     EXPECT_NEAR(d.impulse[0].linear[0], difference.linear[0], 1e-6 * norm(difference.linear));
     EXPECT_NEAR(d.impulse[0].angular[2], difference.angular[2], 1e-6 * norm(difference.angular));
   }
+}
+
+// Modes of vibration that an impact leaves alone (HeldRate::row), by every law, and what they leave of the inertia:
+// M^-1 - X X^T, X their shapes.
+TEST(FastModes, AreLeftAloneByEveryLaw) {
+  std::mt19937 random(11);
+  const Pair pair(2);
+  const Model& model = pair.pieces;
+  const State state = pair.random_state(random);
+  const MatrixXd M = mass_matrix(model, state);
+  const VectorXd v = as_vector(state.v);
+  const std::vector<ElasticMode> modes = elastic_modes(model, state, {});
+  std::vector<HeldRate> held;
+  MatrixXd X(model.velocities(), static_cast<Index>(modes.size()) - 4);
+  for (std::size_t i = 4; i < modes.size(); ++i) {
+    X.col(static_cast<Index>(i) - 4) = modes[i].shape;
+    const VectorXd row = M * modes[i].shape;
+    held.push_back({-1, row.dot(v), numbers(row)});
+  }
+  const auto kept = [&](const std::vector<double>& after) {
+    return (X.transpose() * M * (as_vector(after) - v)).norm();
+  };
+  std::vector<Grasp> grasps(1);
+  grasps[0].robot_body = model.body_index("second:2"), grasps[0].target_body = model.body_index("ball");
+  grasps[0].p_WC = {1.2, 0.2, 0.1};
+  const MatrixXd J = grasp_jacobian(model, forward_kinematics(model, state), grasps);
+  const MatrixXd W = J * (M.inverse() - X * X.transpose()) * J.transpose();
+  EXPECT_LT((impulse_measures(model, state, 0, grasps, {}, held).contact_inertia - W).norm(), 1e-10 * W.norm());
+
+  const ImpactSolution plastic = plastic_impact(model, state, grasps, held);
+  EXPECT_LT(kept(plastic.velocity), 1e-10 * v.norm());
+  EXPECT_LT((J * as_vector(plastic.velocity)).norm(), 1e-10 * (J * v).norm());
+  const std::vector<std::vector<double>> half{std::vector<double>(6, 0.5)};
+  const BilateralRestitution thrown = bilateral_restitution(model, state, grasps, half, held);
+  EXPECT_LT(kept(thrown.solution.velocity), 1e-10 * v.norm());
+  EXPECT_LT((J * (as_vector(thrown.solution.velocity) + 0.5 * v)).norm(), 1e-10 * (J * v).norm());
+  EXPECT_EQ(thrown.inconsistent, "");
+
+  ContactPoint contact;
+  contact.robot_body = grasps[0].robot_body, contact.target_body = grasps[0].target_body;
+  contact.p_WC = grasps[0].p_WC, contact.restitution = 0.5, contact.friction = 0.2;
+  const Eigen::Vector3d n = -(J * v).tail<3>().normalized();  // they approach
+  contact.n_W = {n[0], n[1], n[2]};
+  const ContactImpactSolution rebound =
+      contact_impact(model, state, {&contact, 1}, RestitutionHypothesis::stronge, {}, held);
+  EXPECT_GT(rebound.contacts[0].normal, 0);
+  EXPECT_LT(kept(rebound.velocity), 1e-10 * v.norm());
+  EXPECT_LT(rebound.generalized_momentum_residual, 1e-10);
+  EXPECT_LT(rebound.energy_identity_residual, 1e-10);
 }
 
 // Clamped, with what hangs on it, the modes that are kept are those of the pieces, exactly.
