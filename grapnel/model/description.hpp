@@ -170,7 +170,7 @@ struct BeamDescription {
   std::vector<BeamStation> stations = {};  // from end to end: numbers, or sizes of sections, are linear between them
   double damping_ratio = 0;                // of its first mode of each kind, clamped at `from`, by itself
   int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
-  /// It bends and twists only by so many of its slowest modes of each kind, bending about y, about z and twisting, that
+  /// It yields only by so many of its slowest modes of each kind, bending about y, about z, stretching, twisting, that
   /// it has when it is clamped where it begins and carries what hangs on its link; absent: by all that segments allow.
   std::optional<int> modes = {};
   double fastest_mode = 100;  // none of these may be faster [Hz]
