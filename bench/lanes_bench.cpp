@@ -1,14 +1,21 @@
-// Forward dynamics in lanes, per state: `forward_dynamics@avx512/a` and so on, with whatever sets run here.
+// Forward dynamics in lanes, per state: `forward_dynamics@avx512/a` and so on, with whatever sets run here; with closed
+// loops `loop_dynamics@avx512/a` and so on.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <new>
+#include <stdexcept>
 
 #include "bench/dynamics_bench.hpp"
+#include "bench/loop_workload.hpp"
 #include "bench/operation_count.hpp"
 #include "bench/workload.hpp"
+#include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/lanes/lane_loops_setup.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::bench {
@@ -45,9 +52,10 @@ struct LaneWorkload {
   const lanes::KernelTable& kernels;
   int packs;
   Packed q, v, force, vdot, applied;
+  std::vector<lanes::LoopTable> loops;
   std::unique_ptr<void, void (*)(void*)> model;
 
-  LaneWorkload(const Workload& w, InstructionSet set)
+  LaneWorkload(const Workload& w, const std::vector<LoopClosure>& closures, InstructionSet set)
       : kernels(lanes::kernels(set)),
         packs(Workload::kCases / kernels.width),
         q(packs, w.model.coordinates(), kernels.width),
@@ -58,22 +66,56 @@ struct LaneWorkload {
         model(nullptr, kernels.destroy) {
     const Tree<double>& tree = w.model.tree();
     const std::vector<const TreeLink<double>*> links(static_cast<std::size_t>(kernels.width), tree.links.data());
-    model.reset(kernels.create({links.data(), static_cast<int>(tree.links.size()), tree.coordinates, tree.velocities}));
+    PhaseSetup setup;
+    setup.closures = closures;
+    loops = lanes::loop_tables(w.model, setup);
+    const std::vector<double> numbers = lanes::loop_numbers(w.model, setup);
+    const std::vector<const double*> same(links.size(), numbers.data());
+    model.reset(kernels.create({links.data(), static_cast<int>(tree.links.size()), tree.coordinates, tree.velocities,
+                                loops.data(), static_cast<int>(loops.size()), same.data()}));
     for (int i = 0; i < Workload::kCases; ++i) {
       q.put(i, w.states[i].q), v.put(i, w.states[i].v), force.put(i, w.forces[i].generalized);
     }
   }
   void run(int p) {
-    kernels.forward_dynamics(model.get(), {q.pack(p), v.pack(p), force.pack(p), nullptr, nullptr, nullptr, nullptr},
-                             vdot.pack(0), applied.pack(0));
+    const auto dynamics = loops.empty() ? kernels.forward_dynamics : kernels.loop_dynamics;
+    dynamics(model.get(), {q.pack(p), v.pack(p), force.pack(p), nullptr, nullptr, nullptr, nullptr}, vdot.pack(0),
+             applied.pack(0));
   }
 };
 
-void add(const std::shared_ptr<const Workload>& workload, InstructionSet set) {
-  const std::string name = "forward_dynamics@" + std::string(lanes::name(set)) + "/" + workload->name;
-  const double flops = count_forward_dynamics(*workload).flops();
+// Stops where a state's accelerations are not those that it has alone.
+void check(const LoopWorkload& workload, LaneWorkload& lanes) {
+  const Workload& w = workload.base;
+  const int width = lanes.kernels.width, n = w.model.velocities();
+  LoopSolver solver(w.model, workload.closures);
+  Workspace workspace(w.model);
+  std::vector<double> alone(static_cast<std::size_t>(n)), force(alone);
+  for (int i = 0; i < width * lanes.packs; ++i) {
+    if (i % width == 0) lanes.run(i / width);
+    DynamicsInput<double> in;
+    in.q = w.states[i].q, in.v = w.states[i].v, in.force = w.forces[i].generalized;
+    if (workload.closures.empty()) {
+      articulated_body<double>(w.model.tree(), in, workspace.kernel, alone, force);
+    } else {
+      solver.accelerations(in, 0, workspace, alone, force);
+    }
+    double size = 0, apart = 0;
+    for (int k = 0; k < n; ++k) {
+      const double own = lanes.vdot.pack(0)[k * width + i % width];
+      size = std::max(size, std::abs(alone[k])), apart = std::max(apart, std::abs(own - alone[k]));
+    }
+    if (!(apart <= 1e-10 * size)) throw std::runtime_error(w.name + ": accelerations in lanes differ");
+  }
+}
+
+// `flops` of a state; 0: they are not counted.
+void add(const std::string& function, const std::shared_ptr<const LoopWorkload>& workload, InstructionSet set,
+         double flops) {
+  const std::string name = function + "@" + std::string(lanes::name(set)) + "/" + workload->base.name;
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& loop) {
-    LaneWorkload lanes(*workload, set);
+    LaneWorkload lanes(workload->base, workload->closures, set);
+    check(*workload, lanes);
     int p = 0;
     // A batch is a pack: times are per state.
     while (loop.KeepRunningBatch(lanes.kernels.width)) {
@@ -81,7 +123,7 @@ void add(const std::shared_ptr<const Workload>& workload, InstructionSet set) {
       benchmark::ClobberMemory();
       p = (p + 1) % lanes.packs;
     }
-    loop.counters["flops"] = flops;
+    if (flops > 0) loop.counters["flops"] = flops;
   });
 }
 
@@ -89,8 +131,13 @@ void add(const std::shared_ptr<const Workload>& workload, InstructionSet set) {
 
 void register_lanes() {
   for (Workload& workload : targets()) {
-    const auto shared = std::make_shared<const Workload>(std::move(workload));
-    for (const InstructionSet set : lanes::supported_instruction_sets()) add(shared, set);
+    const double flops = count_forward_dynamics(workload).flops();
+    const auto shared = std::make_shared<const LoopWorkload>(LoopWorkload{std::move(workload), {}, {}});
+    for (const InstructionSet set : lanes::supported_instruction_sets()) add("forward_dynamics", shared, set, flops);
+  }
+  for (LoopWorkload& loops : loop_targets()) {
+    const auto shared = std::make_shared<const LoopWorkload>(std::move(loops));
+    for (const InstructionSet set : lanes::supported_instruction_sets()) add("loop_dynamics", shared, set, 0);
   }
 }
 

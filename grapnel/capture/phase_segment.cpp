@@ -31,10 +31,10 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
     integration.absolute_tolerance *= 0.1;
   } else if (!controlled) {
     // Its energy is conserved and nothing mends it. The steps are long and few: keeping the ledger's bound of 1e-10
-    // costs little, whatever tolerance the driven motion is content with.
-    constexpr double kFree = 1e-11;
-    integration.relative_tolerance = std::min(integration.relative_tolerance, kFree);
-    integration.absolute_tolerance = std::min(integration.absolute_tolerance, kFree);
+    // costs little, whatever tolerance the driven motion is content with. Arms that swing in a closed loop take more.
+    const double free = dynamics.setup().closures.empty() ? 1e-11 : 1e-12;
+    integration.relative_tolerance = std::min(integration.relative_tolerance, free);
+    integration.absolute_tolerance = std::min(integration.absolute_tolerance, free);
   }
   return integration;
 }

@@ -19,6 +19,10 @@ class LanePivots {
   explicit LanePivots(int size)
       : size_(size),
         matrix_(size * size),
+        lower_(size * size),
+        diagonal_(size),
+        in_order_inverse_(size),
+        ordered_(size),
         column_(size),
         factor_(size * size),
         inverse_(size),
@@ -34,6 +38,89 @@ class LanePivots {
   /// Factors, and stops, in each lane, where no remaining pivot exceeds the rank's tolerance times max(1, largest
   /// diagonal). NaN leaves rank 0.
   void factor() {
+    independent_ = factor_in_order();
+    if (independent_ == Mask::kAllBits) {
+      rank_ = S(static_cast<double>(size_));
+      doubtful_ = 0;
+      return;
+    }
+    factor_with_pivots();
+    rank_ = select(Mask::from_bits(independent_), S(static_cast<double>(size_)), rank_);
+    doubtful_ &= ~independent_;
+  }
+
+  /// Lanes in which a pivot of the last factorization was so near the tolerance that rounding may have decided.
+  unsigned doubtful() const { return doubtful_; }
+  /// Independent rows.
+  const S& rank() const { return rank_; }
+
+  /// Solves A x = b with x zero in the rows not taken. `residual` (which may be b) receives, per row, what A x leaves
+  /// of b there (exactly zero in rows taken).
+  void solve(const S* b, S* x, S* residual) {
+    if (independent_ != 0) solve_in_order(b, ordered_.data());
+    if (independent_ == Mask::kAllBits) {
+      for (int i = 0; i < size_; ++i) x[i] = ordered_[i], residual[i] = S(0.0);
+      return;
+    }
+    solve_with_pivots(b, x, residual);
+    if (independent_ == 0) return;
+    const Mask in_order = Mask::from_bits(independent_);
+    for (int i = 0; i < size_; ++i) {
+      x[i] = select(in_order, ordered_[i], x[i]);
+      residual[i] = select(in_order, S(0.0), residual[i]);
+    }
+  }
+
+ private:
+  // L D L^T in the order of the rows. Lanes of full rank whatever the order of pivots: a last pivot is the determinant
+  // over the other pivots, of which none is larger than its diagonal entry was, so that it is not below the least
+  // diagonal entry times the product of D over that of the diagonal.
+  unsigned factor_in_order() {
+    using namespace loop_limits;
+    S largest(1.0), product(1.0), of_diagonal(1.0), least = at(0, 0);
+    const S nothing(kRankTolerance);  // what is below it is not beyond doubt
+    unsigned independent = Mask::kAllBits;
+    for (int j = 0; j < size_; ++j) {
+      const S* row = lower_.data() + j * size_;
+      const S& own = at(j, j);
+      S d = own;
+      for (int k = 0; k < j; ++k) {
+        forward_[k] = diagonal_[k] * row[k];
+        d -= forward_[k] * row[k];
+      }
+      independent &= (d > nothing).bits();
+      if (independent == 0) return 0;
+      largest = max(own, largest), least = min(own, least);
+      product = product * d, of_diagonal = of_diagonal * own;
+      diagonal_[j] = d;
+      const S inverse = S(1.0) / d;
+      in_order_inverse_[j] = inverse;
+      for (int i = j + 1; i < size_; ++i) {
+        S* below = lower_.data() + i * size_;
+        S sum = at(i, j);
+        for (int k = 0; k < j; ++k) sum -= below[k] * forward_[k];
+        below[j] = sum * inverse;
+      }
+    }
+    const S certain = S(kRankTolerance * kDoubtful) * largest;
+    return independent & (S(product * least) > S(certain * of_diagonal)).bits();
+  }
+
+  void solve_in_order(const S* b, S* x) const {
+    for (int i = 0; i < size_; ++i) {
+      const S* row = lower_.data() + i * size_;
+      S sum = b[i];
+      for (int k = 0; k < i; ++k) sum -= row[k] * x[k];
+      x[i] = sum;
+    }
+    for (int i = size_; i-- > 0;) {
+      S sum = x[i] * in_order_inverse_[i];
+      for (int k = i + 1; k < size_; ++k) sum -= lower_[k * size_ + i] * x[k];
+      x[i] = sum;
+    }
+  }
+
+  void factor_with_pivots() {
     using namespace loop_limits;
     S largest(1.0);
     for (int i = 0; i < size_; ++i) largest = max(at(i, i), largest), taken_[i] = 0;
@@ -55,14 +142,7 @@ class LanePivots {
     }
   }
 
-  /// Lanes in which a pivot of the last factorization was so near the tolerance that rounding may have decided.
-  unsigned doubtful() const { return doubtful_; }
-  /// Independent rows.
-  const S& rank() const { return rank_; }
-
-  /// Solves A x = b with x zero in the rows not taken. `residual` (which may be b) receives, per row, what A x leaves
-  /// of b there (exactly zero in rows taken).
-  void solve(const S* b, S* x, S* residual) {
+  void solve_with_pivots(const S* b, S* x, S* residual) {
     for (int i = 0; i < size_; ++i) residual[i] = b[i], x[i] = S(0.0);
     for (int s = 0; s < steps_; ++s) {
       const S own = chosen(s, residual);
@@ -79,7 +159,6 @@ class LanePivots {
     }
   }
 
- private:
   // Pivots within this factor of the tolerance are in doubt. Rounding leaves some 1e-15 of redundant rows.
   static constexpr double kDoubtful = 30;
 
@@ -141,8 +220,12 @@ class LanePivots {
   int size_;
   int steps_ = 0;
   unsigned doubtful_ = 0;
+  unsigned independent_ = 0;  // lanes that are factored in the rows' order
   S rank_ = S(0.0);
-  LaneArray<S> matrix_, column_;
+  LaneArray<S> matrix_;
+  LaneArray<S> lower_, diagonal_, in_order_inverse_;  // of the rows' order: L, D and D^-1
+  LaneArray<S> ordered_;                              // a solution with them
+  LaneArray<S> column_;
   LaneArray<S> factor_;             // step after step: a column of L without its one, zero in rows taken before
   LaneArray<S> inverse_, forward_;  // per step; the first zero where a lane has come to its rank
   LaneArray<S, unsigned> choice_;   // per step and row: lanes that take it

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/model/tree.hpp"
 
 namespace grapnel::lanes {
@@ -23,6 +24,10 @@ struct LaneTrees {
   int link_count;
   int coordinates;
   int velocities;
+  // Closed loops, in all lanes the same ones; their numbers (kLoopNumbers each) per lane.
+  const LoopTable* loops = nullptr;
+  int loop_count = 0;
+  const double* const* loop_numbers = nullptr;
 };
 
 /// What drives the trees, as DynamicsInput; pointers that may be null mean zero (or nothing prescribed).
@@ -47,6 +52,8 @@ struct KernelTable {
   void (*destroy)(void* model);
   /// articulated_body(): writes vdot and force, one entry per velocity.
   void (*forward_dynamics)(void* model, const LaneInput& in, double* vdot, double* force);
+  /// LaneLoops::accelerate(): as forward_dynamics, with the closures of the loops acting; nothing may be prescribed.
+  void (*loop_dynamics)(void* model, const LaneInput& in, double* vdot, double* force);
   /// newton_euler(): writes force.
   void (*inverse_dynamics)(void* model, const LaneInput& in, double* force);
   /// root_momenta(): writes kRootNumbers per free root.

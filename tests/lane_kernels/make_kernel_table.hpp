@@ -9,6 +9,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/newton_euler_kernel.hpp"
 #include "grapnel/dynamics/root_velocity_kernel.hpp"
+#include "grapnel/lanes/lane_loops.hpp"
 #include "grapnel/lanes/pack.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
@@ -24,6 +25,10 @@ struct LaneModel {
   DynamicsWorkspace<P> workspace;
   std::vector<RootMomentum<P>> momenta;
   std::vector<LinkMotion<P>> motion;
+  // Loops refer to what stands before them.
+  LaneArray<P, LinkTable> links;
+  PhaseTables tables{};
+  LaneLoops<P> loops;
 
   static P* packs(double* x) { return reinterpret_cast<P*>(x); }
   static const P* packs(const double* x) { return reinterpret_cast<const P*>(x); }
@@ -32,13 +37,34 @@ struct LaneModel {
   }
   static std::span<P> span(double* x, int count) { return {packs(x), static_cast<std::size_t>(count)}; }
 
-  explicit LaneModel(const LaneTrees& trees) {
+  explicit LaneModel(const LaneTrees& trees)
+      : links(trees.link_count), tables(tables_of(trees, links)), loops(tables, tree) {
     tree.coordinates = trees.coordinates;
     tree.velocities = trees.velocities;
     for (int i = 0; i < trees.link_count; ++i) tree.links.push_back(link(trees, i));
     workspace = DynamicsWorkspace<P>(tree);
     momenta.resize(static_cast<std::size_t>(free_root_count(tree)));
     motion.resize(tree.links.size());
+    if (!loops.any()) return;
+    LaneArray<P, int> place(trees.link_count);
+    for (int i = 0; i < trees.link_count; ++i) place[i] = i;
+    loops.lay_out(place);
+    for (int lane = 0; lane < kWidth; ++lane) loops.load_case(lane, trees.loop_numbers[lane]);
+  }
+  LaneModel(const LaneModel&) = delete;
+  LaneModel& operator=(const LaneModel&) = delete;
+
+  // What loops need of them.
+  static PhaseTables tables_of(const LaneTrees& trees, LaneArray<P, LinkTable>& links) {
+    for (int i = 0; i < trees.link_count; ++i) {
+      links[i] = LinkTable{};
+      links[i].parent = trees.links[0][i].parent, links[i].joint = trees.links[0][i].joint;
+    }
+    PhaseTables tables{};
+    tables.links = links.data(), tables.link_count = trees.link_count;
+    tables.coordinates = trees.coordinates, tables.velocities = trees.velocities;
+    tables.loops = trees.loops, tables.loop_count = trees.loop_count;
+    return tables;
   }
 
   static TreeLink<P> link(const LaneTrees& trees, int i) {
@@ -89,6 +115,10 @@ struct LaneModel {
     articulated_body<P>(m.tree, m.input(in), m.workspace, span(vdot, m.tree.velocities),
                         span(force, m.tree.velocities));
   }
+  static void loop_dynamics(void* model, const LaneInput& in, double* vdot, double* force) {
+    LaneModel& m = of(model);
+    m.loops.accelerate(m.input(in), m.workspace, span(vdot, m.tree.velocities), span(force, m.tree.velocities));
+  }
   static void inverse_dynamics(void* model, const LaneInput& in, double* force) {
     LaneModel& m = of(model);
     newton_euler<P>(m.tree, m.input(in), m.workspace, span(force, m.tree.velocities));
@@ -138,8 +168,8 @@ struct LaneModel {
 template <class Arch>
 constexpr KernelTable make_kernel_table() {
   using M = LaneModel<Arch>;
-  return {Arch::kWidth,    M::create,        M::destroy,     M::forward_dynamics, M::inverse_dynamics,
-          M::root_momenta, M::recover_roots, M::link_motion, M::sine_cosine};
+  return {Arch::kWidth,        M::create,          M::destroy,         M::forward_dynamics, M::loop_dynamics,
+          M::inverse_dynamics, M::root_momenta,    M::recover_roots,   M::link_motion,      M::sine_cosine};
 }
 
 }  // namespace grapnel::lanes
