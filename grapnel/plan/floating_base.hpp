@@ -141,6 +141,8 @@ class FloatingBase {
   /// place().
   Eigen::Matrix<double, 6, 6> twist_per_displacement(const Momentumd& h_B) const;
 
+  /// What place() placed.
+  const PlacedLinks& placed() const { return placed_; }
   /// Total centre of mass and mass; after place().
   Vector3d com() const { return placed_.com; }
   double mass() const { return placed_.mass; }

@@ -1,5 +1,7 @@
 #include "grapnel/plan/joint_efforts.hpp"
 
+#include <stdexcept>
+
 namespace grapnel {
 
 JointEfforts::JointEfforts(FloatingBase& base, const Vector3d& gravity)
@@ -35,6 +37,76 @@ void JointEfforts::evaluate(std::span<const double> position, std::span<const do
     effort[j] = tau_[model.bodies()[model.joints()[j]].v];
     if (base_.floats()) effort[j] += base_.per_rate().col(static_cast<Eigen::Index>(j)).dot(F_0);  // (1)
   }
+}
+
+void JointEfforts::differentiate(std::span<const double> position, std::span<const double> rate,
+                                 std::span<const double> acceleration, const Posed& X_WB, const Momentumd& h_B,
+                                 std::span<const double> weights, Gradient& gradient) {
+  const Model& model = base_.model();
+  if (!model.rotors().empty())
+    throw std::invalid_argument("JointEfforts: derivatives of joints whose rotors have axes of their own");
+  const std::vector<TreeLink<double>>& tree = model.tree().links;
+  base_.place(position);
+  const PlacedLinks& links = base_.placed();
+  base_.move(weights, Momentumd::zero());
+  const Vector6d U_0 = base_.base_twist();
+  const Matrix6Xd U_per_angle = base_.per_angle();
+  base_.move(rate, h_B);  // whose derivatives are used in the end
+
+  sweep_.resize(tree.size());
+  for (std::size_t i = 0; i < tree.size(); ++i) {
+    Sweep& w = sweep_[i];
+    const int joint = base_.joint_of_link(static_cast<int>(i));
+    if (joint < 0) {
+      w.V = twist_from(base_.base_twist()), w.U = twist_from(U_0);
+      w.A = SpatialAccelerationd::zero();
+      if (!base_.floats()) w.A.linear = -transposed_times(X_WB.R, forces_.gravity);
+    } else {
+      const auto j = static_cast<std::size_t>(joint);
+      const Sweep& p = sweep_[static_cast<std::size_t>(tree[i].parent)];
+      const Twistd& S = links.axis[i];
+      w.V = p.V + rate[j] * S, w.U = p.U + weights[j] * S;
+      w.A = p.A + cross_motion(w.V, rate[j] * S);
+      w.A.angular += acceleration[j] * S.angular, w.A.linear += acceleration[j] * S.linear;
+    }
+    const RigidBodyInertiad& I = links.inertia[i];
+    const Momentumd h = I * w.V, of_U = I * w.U;
+    w.per_A = {of_U.angular, of_U.linear};
+    w.per_U = I * w.A + cross_force(w.V, h);
+    w.per_V = I * cross_motion(w.U, w.V) - cross_force(w.U, h);  // (3)
+  }
+
+  gradient.position.assign(position.size(), 0.0);
+  gradient.rate.assign(position.size(), 0.0), gradient.acceleration.assign(position.size(), 0.0);
+  for (std::size_t i = tree.size(); i-- > 0;) {
+    Sweep& w = sweep_[i];
+    const int joint = base_.joint_of_link(static_cast<int>(i));
+    if (joint < 0) continue;
+    const auto j = static_cast<std::size_t>(joint);
+    Sweep& p = sweep_[static_cast<std::size_t>(tree[i].parent)];
+    const Twistd& S = links.axis[i];
+    const auto power = [](const Wrenchd& F, const SpatialAccelerationd& A) {
+      return dot(F.angular, A.angular) + dot(F.linear, A.linear);
+    };
+    w.per_V += rate[j] * cross_force(S, Momentumd{w.per_A.angular, w.per_A.linear});
+    gradient.acceleration[j] = dot(w.per_A, S) + tree[i].armature * weights[j];
+    gradient.rate[j] = dot(w.per_V, S) + power(w.per_A, cross_motion(w.V, S));
+    gradient.position[j] = power(w.per_V, cross_motion(p.V, S)) + power(w.per_U, cross_motion(p.U, S)) +
+                           power(w.per_A, cross_motion(Twistd{p.A.angular, p.A.linear}, S));  // (4)
+    p.per_A += w.per_A, p.per_U += w.per_U, p.per_V += w.per_V;
+  }
+
+  for (double& turn : gradient.turn) turn = 0;
+  if (!base_.floats()) return;
+  const Vector6d per_V = column(sweep_[0].per_V), per_U = column(sweep_[0].per_U);
+  for (int j = 0; j < base_.joints(); ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    gradient.position[i] += per_V.dot(base_.per_angle().col(j)) + per_U.dot(U_per_angle.col(j));
+    gradient.rate[i] += per_V.dot(base_.per_rate().col(j));
+  }
+  const Vector6d per_displacement = base_.twist_per_displacement(h_B).transpose() * per_V;
+  const Vector3d turn = X_WB.R * Vector3d{per_displacement[0], per_displacement[1], per_displacement[2]};
+  for (int k = 0; k < 3; ++k) gradient.turn[k] = turn[k];
 }
 
 }  // namespace grapnel

@@ -243,6 +243,17 @@ double SegmentWay::effort_violation(const Instant& at, const PathSegment::WayPoi
 
 void SegmentWay::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                                    const Eigen::VectorXd& weights, PerMotion& d) {
+  if (base_.model().rotors().empty()) {
+    // Linear momentum moves all alike, which takes no effort; without it h_B does not change with the joints.
+    const Momentumd h_B{transposed_times(w.X_WB.R, problem_.motion.h.angular), Vector3d::zero()};
+    efforts_.differentiate(w.position, w.rate, w.acceleration, w.X_WB, h_B,
+                           {weights.data(), static_cast<std::size_t>(n_)}, effort_change_);
+    const JointEfforts::Gradient& g = effort_change_;
+    d.position += as_vector(g.position), d.rate += as_vector(g.rate), d.acceleration += as_vector(g.acceleration);
+    d.turn += Eigen::Vector3d(g.turn[0], g.turn[1], g.turn[2]);
+    return;
+  }
+  // Rotors with axes of their own: by differences.
   std::vector<double> other(static_cast<std::size_t>(n_));
   const auto change = [&](const std::vector<double>& position, const std::vector<double>& rate,
                           const std::vector<double>& acceleration, const Posed& X) {

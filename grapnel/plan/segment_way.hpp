@@ -102,7 +102,7 @@ class SegmentWay {
 
   double effort_violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d);
 
-  // Derivatives of a weighted sum of efforts, by differences.
+  // Derivatives of a weighted sum of efforts; by differences where rotors have axes of their own.
   void add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                          const Eigen::VectorXd& weights, PerMotion& d);
 
@@ -139,6 +139,7 @@ class SegmentWay {
   const WaySetup& setup_;
   Shooting shooting_;
   JointEfforts efforts_;
+  JointEfforts::Gradient effort_change_;
   int n_;
   Shot shot_;
   std::map<double, std::vector<Posed>> others_;  // at the nodes' times, where the servicer does not carry them

@@ -16,7 +16,7 @@
 /// A distance d of two bodies with nearest points p_a, p_b and normal n changes by n . (dp_b - dp_a). A point at r in
 /// B, carried by the joints J, moves as its place in W is p_WCom + R (r - c):
 ///   dp = eta x R (r - c) + R [sum_J (S_j x r) dtheta_j - sum_j dc/dtheta_j dtheta_j]                               (2)
-/// with eta of (3) of path_segment.hpp. Efforts (joint_efforts.hpp) are differentiated by differences.
+/// with eta of (3) of path_segment.hpp, efforts by (4) of joint_efforts.hpp.
 
 #include <functional>
 #include <memory>

@@ -168,8 +168,8 @@ struct LaneModel {
 template <class Arch>
 constexpr KernelTable make_kernel_table() {
   using M = LaneModel<Arch>;
-  return {Arch::kWidth,        M::create,          M::destroy,         M::forward_dynamics, M::loop_dynamics,
-          M::inverse_dynamics, M::root_momenta,    M::recover_roots,   M::link_motion,      M::sine_cosine};
+  return {Arch::kWidth,        M::create,       M::destroy,       M::forward_dynamics, M::loop_dynamics,
+          M::inverse_dynamics, M::root_momenta, M::recover_roots, M::link_motion,      M::sine_cosine};
 }
 
 }  // namespace grapnel::lanes

@@ -151,6 +151,57 @@ TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
   }
 }
 
+// Of robots whose rotors have no axes, on bases that float and that do not.
+TEST(JointEfforts, DerivativesAreThoseOfDifferences) {
+  Worst worst("derivatives of a sum of efforts against differences, relative");
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 30; i += 2) {
+    SCOPED_TRACE(seed_note(i));
+    const bool floats = i % 6 != 4;
+    const Servicer s = random_servicer(i, floats);
+    Random random(i);
+    FloatingBase base(s.model, floats);
+    JointEfforts efforts(base, random.vector(5));
+    const Vector3d L = random.vector(3);
+    std::vector<double> q = s.theta(), r = s.rates(), a = random.values(base.joints(), 1),
+                        weights = random.values(base.joints(), 1), effort(q.size());
+    Posed X = s.X_WB();
+    const auto sum = [&] {
+      efforts.evaluate(q, r, a, X, {transposed_times(X.R, L), Vector3d::zero()}, effort);
+      double total = 0;
+      for (std::size_t j = 0; j < effort.size(); ++j) total += weights[j] * effort[j];
+      return total;
+    };
+    JointEfforts::Gradient gradient;
+    efforts.differentiate(q, r, a, X, {transposed_times(X.R, L), Vector3d::zero()}, weights, gradient);
+    double scale = 0;
+    std::vector<double> apart;
+    const auto compare = [&](double derivative, double& x) {
+      const double kept = x;
+      x = kept + kStep;
+      const double up = sum();
+      x = kept - kStep;
+      const double down = sum();
+      x = kept;
+      apart.push_back(derivative - (up - down) / (2 * kStep));
+      scale = std::max(scale, std::abs(derivative));
+    };
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      compare(gradient.position[j], q[j]), compare(gradient.rate[j], r[j]), compare(gradient.acceleration[j], a[j]);
+    }
+    for (int k = 0; floats && k < 3; ++k) {
+      const Posed kept = X;
+      const auto turned = [&](double angle) {
+        X.R = rotation_about(Vector3d::unit(k), angle) * kept.R;
+        return sum();
+      };
+      apart.push_back(gradient.turn[k] - (turned(kStep) - turned(-kStep)) / (2 * kStep));
+      X = kept;
+    }
+    for (double x : apart) EXPECT_LT(worst.note(std::abs(x) / scale, i), 1e-7);
+  }
+}
+
 // Against (2.8), whose mass matrix knows nothing of the recursion.
 TEST(JointEfforts, AreThoseOfTheReducedEquation) {
   Worst worst("efforts against the reduced equation, relative");
