@@ -226,7 +226,7 @@ class Planner {
     r.terms.clear();
     for (std::size_t i = 0; i < solution.terms.size(); ++i) {
       const Objective::Term& term = reach.objective.terms()[i];
-      r.terms.push_back({name_of(objective_of(term.kind)), term.weight, solution.terms[i]});
+      r.terms.push_back({name_of(term.kind), term.weight, solution.terms[i]});
     }
     if (solution.way) r.way = planned_way(reach, solution);
     r.miss.clear();

@@ -104,40 +104,13 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
-namespace {
-
-using Kind = Objective::Kind;
-
-// What the planner calls them.
-constexpr std::pair<Kind, PlanSetup::Objective> kKinds[] = {
-    {Kind::excursion, PlanSetup::Objective::excursion},
-    {Kind::nearest, PlanSetup::Objective::nearest},
-    {Kind::limits, PlanSetup::Objective::limits},
-    {Kind::manipulability, PlanSetup::Objective::manipulability},
-    {Kind::effort, PlanSetup::Objective::effort},
-    {Kind::base_attitude, PlanSetup::Objective::base_attitude},
-    {Kind::base_motion, PlanSetup::Objective::base_motion},
-    {Kind::clearance, PlanSetup::Objective::clearance},
-    {Kind::impulse, PlanSetup::Objective::impulse},
-    {Kind::impulse_index, PlanSetup::Objective::impulse_index},
-};
-
-}  // namespace
-
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   std::vector<Objective::Term> terms;
-  for (const auto& [kind, objective] : kKinds) {
-    const double weight = weight_in(plan, objective);
-    if (weight > 0) terms.push_back({kind, weight});
+  for (const PlanObjective& one : kPlanObjectives) {
+    const double weight = weight_in(plan, one);
+    if (weight > 0) terms.push_back({one.objective, weight});
   }
   return terms;
-}
-
-PlanSetup::Objective objective_of(Objective::Kind kind) {
-  for (const auto& [one, objective] : kKinds) {
-    if (one == kind) return objective;
-  }
-  return PlanSetup::Objective::as_found;
 }
 
 std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const CaptureSystem& servicer,

@@ -21,8 +21,6 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);
-/// What a term is called.
-PlanSetup::Objective objective_of(Objective::Kind kind);
 
 /// WaySetup::end_measure: the capture at the end of a segment, its grasps rigid and everything else about joints in the
 /// impact as the problem has it (free, or kept by drives or brakes). impulse: CoupledImpulse::energy; impulse_index:

@@ -6,6 +6,7 @@
 /// plain values; functions use the FloatingBase they are given as scratch.
 
 #include "grapnel/plan/floating_base.hpp"
+#include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/plan/path_segment.hpp"
 
 namespace grapnel {
@@ -80,22 +81,10 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
 // What makes one of many solutions the better one. Thread safety: plain values; values use the FloatingBase they are
 // given as scratch.
 
-/// A number that is to be least, of a segment's motion: a weighted sum. See PlanSetup::Objective.
+/// A number that is to be least, of a segment's motion: a weighted sum.
 class Objective {
  public:
-  enum class Kind {
-    excursion,
-    nearest,
-    limits,
-    manipulability,
-    as_found,
-    effort,
-    base_attitude,
-    base_motion,
-    clearance,
-    impulse,
-    impulse_index
-  };
+  using Kind = ObjectiveKind;
   struct Term {
     Kind kind = Kind::as_found;
     double weight = 1;
