@@ -7,6 +7,7 @@
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
 
 namespace grapnel {
 
@@ -111,6 +112,38 @@ std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
     if (weight > 0) terms.push_back({one.objective, weight});
   }
   return terms;
+}
+
+WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
+                             const Rotationd& R_WD, double begin) {
+  const BaseControlSetup& control = *problem.approach->base_control;
+  std::vector<ReactionWheel> wheels;
+  std::vector<double> before, wanted;  // J Omega_0 and J Omega_d [N m s]
+  WheelMomentum result;
+  result.begin = begin, result.rate = control.wheel_speed_rate;
+  for (std::size_t i = 0; i < problem.robot.wheels.size(); ++i) {
+    const WheelSetup& w = problem.robot.wheels[i];
+    wheels.push_back({.axis = w.axis, .torque = w.torque, .rate = w.rate, .inertia = w.inertia});
+    before.push_back(problem.wheel_rate.empty() ? 0 : w.inertia * problem.wheel_rate[i]);
+    wanted.push_back(control.wheel_speeds.empty() ? 0 : w.inertia * control.wheel_speeds[i]);
+  }
+  const WheelArray array(wheels);
+  const auto of_base = [&](std::span<const double> momenta) {  // A J Omega
+    Vector3d h = Vector3d::zero();
+    for (std::size_t i = 0; i < wheels.size(); ++i) h += momenta[i] * wheels[i].axis;
+    return h;
+  };
+  const Vector3d h_0 = of_base(before), h_d = of_base(wanted);
+  result.H = transposed_times(R_WD, motion.h.angular + R_WB * h_0);
+  for (std::size_t i = 0; i < wheels.size(); ++i) {
+    const Vector3d& share = array.shares()[i];  // row of A^+
+    const double largest = wheels[i].inertia * wheels[i].rate;
+    const double null_before = before[i] - dot(share, h_0), null_wanted = wanted[i] - dot(share, h_d);
+    // Without wheel_speed_rate nothing fades, and what stays is what there was.
+    result.wheels.push_back({problem.robot.wheels[i].name, (1 / largest) * share, null_wanted / largest,
+                             (null_before - null_wanted) / largest});
+  }
+  return result;
 }
 
 std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const CaptureSystem& servicer,

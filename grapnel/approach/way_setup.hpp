@@ -31,6 +31,11 @@ std::function<double(Objective::Kind kind, std::span<const double> position, std
 capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,
                 const std::vector<TargetMotion>& targets);
 
+/// WaySetup::wheels: of the servicer's wheels, that keep its base at R_WD. `X_WB`: of the base at `begin`, when the
+/// wheels have the rates of the problem; `motion`: of the servicer with its wheels at rest in the base.
+WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
+                             const Rotationd& R_WD, double begin);
+
 /// The bodies that `clearance` watches, and besides them end-effectors with their own targets: these may touch within
 /// PlanSetup::near_grasp of the grasp point, by default as far as the shapes of the hand reach from its end-effector,
 /// and the clearance asked for. `target_at`: motion of a target at a time. The result refers to none of the arguments

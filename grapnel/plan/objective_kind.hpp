@@ -13,7 +13,8 @@ namespace grapnel {
 /// over the way. base_attitude: the square of the base's turn at the capture. base_motion: squares of the base's
 /// angular velocity on the way. clearance: minus the minimum distance on the way. impulse: the impulses of the capture,
 /// as if the grasps were rigid; impulse_index: what any relative motion there would bring, on the mean of its
-/// directions (both by the metric (7.8)).
+/// directions (both by the metric (7.8)). wheel_momentum: squares of what reaction wheels that keep the base's attitude
+/// hold, over the most that they can, on the mean over the way.
 enum class ObjectiveKind {
   excursion,
   nearest,
@@ -25,7 +26,8 @@ enum class ObjectiveKind {
   base_motion,
   clearance,
   impulse,
-  impulse_index
+  impulse_index,
+  wheel_momentum
 };
 
 }  // namespace grapnel

@@ -260,6 +260,7 @@ struct PlanWeights {
   double clearance = 0;
   double impulse = 0;
   double impulse_index = 0;
+  double wheel_momentum = 0;
 };
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
@@ -283,7 +284,9 @@ struct PlanSetup {
   std::optional<double> clearance;   // least distance of the bodies that are watched [m]
   std::optional<double> near_grasp;  // from its grasp point, within which an end-effector may touch its target [m]
   std::optional<double> base_turn;   // largest turn of the base from its initial attitude [rad]
-  std::optional<int> knots;          // inner knots of the joints' splines; absent: those that it takes
+  /// Largest share of the momentum that it can hold, of each wheel that keeps the base's attitude.
+  std::optional<double> wheel_momentum;
+  std::optional<int> knots;  // inner knots of the joints' splines; absent: those that it takes
 
   /// Joints that move no grasping end-effector. used: they move where that makes the objective less. held: they end
   /// where they began, at rest.
