@@ -221,6 +221,39 @@ TEST(Splines, ShortenTheWay) {
   EXPECT_LT(r.plan->objective_value, 0.7 * simple);
 }
 
+// A base that is to be quiet beside much else: found from another solution than the one that moves the joints least,
+// and by a close look at what happens between nodes; without either of them a single polynomial is left, with 74.
+TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/quiet-approach.yaml");
+  p.approach->tracking = {};
+  p.impact.reset(), p.post_impact.reset();
+  plan_of(p).weights->base_motion = 3000;
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  std::printf("[ measured ] %.3f, %d knots, clearance %.6f m\n", r.plan->objective_value, r.plan->way->knots,
+              *r.plan->way->clearance);
+  EXPECT_EQ(r.plan->way->knots, 3);
+  EXPECT_LT(r.plan->objective_value, 40);  // measured 20.2
+  EXPECT_GT(*r.plan->way->clearance, *plan_of(p).clearance - 1e-6);
+}
+
+// An objective that leads away from every way that keeps what is asked: none is found but from one that is kept without
+// the objective.
+TEST(PlannedObjective, BeginsFromAWayThatIsKeptWithoutIt) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  plan_of(p).objective = Objective::nearest;
+  plan_of(p).guess = {-1.08, 2.37, 0, 2.2, -0.53, 1.77};
+  plan_of(p).base_turn = 0.005, plan_of(p).clearance = 0.3, plan_of(p).near_grasp = 1.2, plan_of(p).knots = 2;
+  const CaptureResult r = flown(p);
+  std::printf("[ measured ] %.5f, turned by %.6f rad, clearance %.4f m\n", r.plan->objective_value, largest_turn(r),
+              minimum_of(r));
+  EXPECT_LT(largest_turn(r), 0.005 + 2e-6);
+  EXPECT_GT(minimum_of(r), 0.3 - 1e-6);
+}
+
 // --- Impulses
 
 // What each impulse alone would give its free target, from the impact that was flown.
