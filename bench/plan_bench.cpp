@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <optional>
 
 #include "bench/dynamics_bench.hpp"
 #include "grapnel/approach/approach_plan.hpp"
@@ -14,8 +15,14 @@
 namespace grapnel::bench {
 namespace {
 
-void plan(benchmark::State& state, const char* file) {
-  const CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + file);
+// `objective`: in place of what the scenario has, for one that states the final joint values too.
+void plan(benchmark::State& state, const char* file, std::optional<ObjectiveKind> objective) {
+  CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + file);
+  if (objective) {
+    problem.approach->final_position.clear();
+    problem.approach->plan = PlanSetup{};
+    problem.approach->plan->objective = *objective;
+  }
   const TargetPlan targets = plan_targets(problem);
   long evaluations = 0;
   for (auto _ : state) {
@@ -56,7 +63,15 @@ void register_plan() {
                                                            {"plan/six42", "six-arm-servicer.yaml"}};
   for (const auto& [name, file] : workloads) {
     const char* path = file;
-    benchmark::RegisterBenchmark(name, [path](benchmark::State& state) { plan(state, path); });
+    benchmark::RegisterBenchmark(name, [path](benchmark::State& state) { plan(state, path, std::nullopt); });
+  }
+  const std::pair<const char*, ObjectiveKind> objectives[] = {{"plan/effort14", ObjectiveKind::effort},
+                                                              {"plan/base_motion14", ObjectiveKind::base_motion},
+                                                              {"plan/impulse14", ObjectiveKind::impulse}};
+  for (const auto& [name, objective] : objectives) {
+    const ObjectiveKind kind = objective;
+    benchmark::RegisterBenchmark(
+        name, [kind](benchmark::State& state) { plan(state, "seven-joint-dual-capture.yaml", kind); });
   }
 }
 

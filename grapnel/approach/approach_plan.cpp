@@ -9,6 +9,7 @@
 
 #include "grapnel/approach/flown_solution.hpp"
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/approach/planned_base.hpp"
 #include "grapnel/approach/target_motion.hpp"
 #include "grapnel/approach/way_setup.hpp"
 #include "grapnel/plan/reach.hpp"
@@ -71,6 +72,7 @@ class Planner {
       rate_limit_.push_back(joint.limits.rate);
       effort_limit_.push_back(joint.limits.effort);
     }
+    if (approach_.base_control && base_.floats()) keep_attitude();
   }
 
   void run() {
@@ -112,6 +114,19 @@ class Planner {
     if (!progress) return {};
     return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
   }
+
+  // Where attitude control does, the base is at the attitude that it is to have from the first, about the same centre
+  // of mass.
+  void keep_attitude() {
+    PlacedLinks links;
+    base_.place(position_, links);
+    const Symmetric3d inertia = links.composite[0].rotational_about_com();
+    if (!keeps_attitude(*approach_.base_control, inertia, approach_.duration - begin_)) return;
+    base_.keep_attitude();
+    X_WB_.R = attitude_control(*approach_.base_control, flown_, flown_start_).R_WD;
+    X_WB_.p = motion_.p_WCom - X_WB_.R * links.com;
+  }
+  bool attitude_kept() const { return base_.floats() && !base_.turns(); }
 
   // Joints that move no end-effector that grasps.
   void hold_idle_joints() {
@@ -178,6 +193,8 @@ class Planner {
     way.R_WB0 = problem_.X_WB.R;
     way.clearance = plan.clearance;
     way.knots = plan.knots;
+    if (plan.wheel_momentum || weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0) set_wheels(way);
+    if (attitude_kept()) refuse_turning(plan);
     if (plan.clearance || weight_in(plan, PlanSetup::Objective::clearance) > 0) {
       way.bodies =
           way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
@@ -190,19 +207,41 @@ class Planner {
     }
     if (weight_in(plan, PlanSetup::Objective::impulse) > 0 || weight_in(plan, PlanSetup::Objective::impulse_index) > 0)
       way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
-    require_undisturbed(reach);
   }
 
-  // Where something acts from outside, where the base is on its way is not what momentum says. What bends keeps the
-  // momentum, and moves the base by little.
-  void require_undisturbed(const ReachProblem& reach) const {
-    if (!disturbed_beside_bending() || !asks_of_way(reach)) return;
-    throw Unplannable(
-        fmt::format("planning the approach: limits on the way, clearance, base_turn, knots and the objectives effort, "
-                    "base_attitude, base_motion, clearance, impulse and impulse_index are planned by the conservation "
-                    "of momentum, which {} "
-                    "disturb; leave them out, or these",
-                    disturbances()));
+  void set_wheels(WaySetup& way) {
+    if (!attitude_kept()) {
+      throw Unplannable(
+          "planning the approach: what approach.plan asks of the wheels' momenta is planned for a base that keeps its "
+          "attitude, and approach.base_control is too weak for that while the joints move; it needs higher gains or "
+          "feedforward");
+    }
+    way.wheels = planned_wheels(problem_, motion_, problem_.X_WB.R, X_WB_.R, begin_);
+    way.wheel_share = approach_.plan->wheel_momentum.value_or(way.wheel_share);
+    PlacedLinks links;
+    base_.place(position_, links);
+    const Vector3d u = FloatingBase::momentum_of_rates(links, rate_);
+    for (std::size_t i = 0; i < way.wheels->wheels.size(); ++i) {
+      const double share = std::abs(way.wheels->share(i, time_, u));
+      if (share <= way.wheel_share) continue;
+      throw Unplannable(fmt::format(
+          "planning the approach: wheel '{}' holds {:.4g} of the momentum that it can hold as the segment begins, at "
+          "t = {:.4g} s; approach.plan.wheel_momentum allows {:.4g}, which no motion of the joints can change any more",
+          way.wheels->wheels[i].name, share, time_, way.wheel_share));
+    }
+  }
+
+  // What makes no sense of a base that is planned for as one that keeps its attitude.
+  static void refuse_turning(const PlanSetup& plan) {
+    std::string asked = plan.base_turn ? "base_turn" : "";
+    for (const auto objective : {PlanSetup::Objective::base_attitude, PlanSetup::Objective::base_motion}) {
+      if (weight_in(plan, objective) > 0) asked += (asked.empty() ? "" : ", ") + std::string(name_of(objective));
+    }
+    if (asked.empty()) return;
+    throw Unplannable(fmt::format(
+        "planning the approach: {}: the plan is made for a base that keeps its attitude, which approach.base_control "
+        "is strong enough for, so there is no turn to plan; how far the controlled base turns is seen in the run",
+        asked));
   }
 
   ReachSolution solve(const ReachProblem& reach, const std::string& what) {
@@ -226,7 +265,7 @@ class Planner {
     r.terms.clear();
     for (std::size_t i = 0; i < solution.terms.size(); ++i) {
       const Objective::Term& term = reach.objective.terms()[i];
-      r.terms.push_back({name_of(objective_of(term.kind)), term.weight, solution.terms[i]});
+      r.terms.push_back({name_of(term.kind), term.weight, solution.terms[i]});
     }
     if (solution.way) r.way = planned_way(reach, solution);
     r.miss.clear();
@@ -253,6 +292,8 @@ class Planner {
       way.body_b = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_b)];
     }
     way.base_turn = f.base_turn;
+    for (std::size_t i = 0; i < f.wheel_share.size(); ++i)
+      way.wheels.push_back({reach.way.wheels->wheels[i].name, f.wheel_share[i]});
     return way;
   }
 
@@ -383,11 +424,28 @@ class Planner {
   // --- What the momentum integral does not know ---------------------------------------------------------------------
 
   // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
-  bool disturbed() const { return bends() || disturbed_beside_bending(); }
+  bool disturbed() const {
+    return bends() || loaded() || approach_.base_control.has_value() || problem_.orbit.has_value() || has_rotors();
+  }
   bool bends() const { return !flown_.elastic_joints.empty(); }
-  bool disturbed_beside_bending() const {
-    return approach_.base_control.has_value() || problem_.orbit.has_value() || !flown_.wheels.empty() ||
-           !flown_.gyros.empty() || !loads_on(servicer_.model, problem_.loads).empty();
+  bool has_rotors() const { return !flown_.wheels.empty() || !flown_.gyros.empty(); }
+  bool loaded() const { return !loads_on(servicer_.model, problem_.loads).empty(); }
+
+  // The robot that is planned for, where it is not the one that flies: it ...
+  std::string planned_robot() const {
+    std::vector<std::string> differs;
+    if (bends()) differs.push_back("does not bend");
+    if (attitude_kept()) {
+      differs.push_back("keeps its base's attitude exactly");
+    } else if (approach_.base_control) {
+      differs.push_back(
+          "floats freely, without the attitude control, which is too weak to keep the attitude meanwhile");
+    } else if (has_rotors()) {
+      differs.push_back("floats freely, its rotors at rest in the base");
+    }
+    if (problem_.orbit) differs.push_back("feels no field of the orbit");
+    if (loaded()) differs.push_back("bears no loads");
+    return fmt::format("{}", fmt::join(differs, " and "));
   }
 
   // Of them, those that there are.
@@ -462,7 +520,12 @@ class Planner {
     result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
     if (reach.demand == RateDemand::given) return result;
     const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
-    const DemandedRates demanded = demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand);
+    // A base that is to keep its attitude turns by what its control lags.
+    const Vector3d w_B = attitude_kept()
+                             ? transposed_times(X_WB.R, root_twist(servicer_.model, end, servicer_.base).angular)
+                             : Vector3d::zero();
+    const DemandedRates demanded =
+        demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, w_B);
     for (std::size_t j = 0; j < rate.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
       result.gap[k] = demanded.rates[k] - rate[j];
@@ -486,10 +549,11 @@ class Planner {
     solution.unmet_rate = flown.end.unmet;
     if (flown.found) {
       if (asks_of_way(reach)) {
-        plan_.warnings.push_back(
-            "approach: limits on the way, clearance and base_turn are kept by the plan of the robot that does not "
-            "bend; how far the one that bends keeps them, with the final values that bring it to its points, is "
-            "watched in the run");
+        plan_.warnings.push_back(fmt::format(
+            "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of "
+            "the robot that {}; how far the one that flies keeps them, with the final values that bring it "
+            "to its points, is watched in the run",
+            planned_robot()));
       }
       return solution;
     }
@@ -549,10 +613,14 @@ class Planner {
     } else {
       come_in(in, {});
     }
-    if (approach_.base_control || !loads_on(servicer_.model, problem_.loads).empty() || targets_loaded()) {
+    std::vector<std::string> how;
+    if (attitude_kept()) how.push_back("for a base that keeps its attitude exactly");
+    if (approach_.base_control && !attitude_kept()) how.push_back("without attitude control");
+    if (loaded() || targets_loaded()) how.push_back("without loads");
+    if (!how.empty()) {
       plan_.warnings.push_back(
-          "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
-          "these do");
+          fmt::format("approach: straight_in is planned {}; the end-effectors will miss by what that leaves out",
+                      fmt::join(how, " and ")));
     }
     if (problem_.orbit) warn_of_orbit(in);
   }

@@ -7,6 +7,7 @@
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
 
 namespace grapnel {
 
@@ -104,40 +105,45 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
-namespace {
-
-using Kind = Objective::Kind;
-
-// What the planner calls them.
-constexpr std::pair<Kind, PlanSetup::Objective> kKinds[] = {
-    {Kind::excursion, PlanSetup::Objective::excursion},
-    {Kind::nearest, PlanSetup::Objective::nearest},
-    {Kind::limits, PlanSetup::Objective::limits},
-    {Kind::manipulability, PlanSetup::Objective::manipulability},
-    {Kind::effort, PlanSetup::Objective::effort},
-    {Kind::base_attitude, PlanSetup::Objective::base_attitude},
-    {Kind::base_motion, PlanSetup::Objective::base_motion},
-    {Kind::clearance, PlanSetup::Objective::clearance},
-    {Kind::impulse, PlanSetup::Objective::impulse},
-    {Kind::impulse_index, PlanSetup::Objective::impulse_index},
-};
-
-}  // namespace
-
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
   std::vector<Objective::Term> terms;
-  for (const auto& [kind, objective] : kKinds) {
-    const double weight = weight_in(plan, objective);
-    if (weight > 0) terms.push_back({kind, weight});
+  for (const PlanObjective& one : kPlanObjectives) {
+    const double weight = weight_in(plan, one);
+    if (weight > 0) terms.push_back({one.objective, weight});
   }
   return terms;
 }
 
-PlanSetup::Objective objective_of(Objective::Kind kind) {
-  for (const auto& [one, objective] : kKinds) {
-    if (one == kind) return objective;
+WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
+                             const Rotationd& R_WD, double begin) {
+  const BaseControlSetup& control = *problem.approach->base_control;
+  std::vector<ReactionWheel> wheels;
+  std::vector<double> before, wanted;  // J Omega_0 and J Omega_d [N m s]
+  WheelMomentum result;
+  result.begin = begin, result.rate = control.wheel_speed_rate;
+  for (std::size_t i = 0; i < problem.robot.wheels.size(); ++i) {
+    const WheelSetup& w = problem.robot.wheels[i];
+    wheels.push_back({.axis = w.axis, .torque = w.torque, .rate = w.rate, .inertia = w.inertia});
+    before.push_back(problem.wheel_rate.empty() ? 0 : w.inertia * problem.wheel_rate[i]);
+    wanted.push_back(control.wheel_speeds.empty() ? 0 : w.inertia * control.wheel_speeds[i]);
   }
-  return PlanSetup::Objective::as_found;
+  const WheelArray array(wheels);
+  const auto of_base = [&](std::span<const double> momenta) {  // A J Omega
+    Vector3d h = Vector3d::zero();
+    for (std::size_t i = 0; i < wheels.size(); ++i) h += momenta[i] * wheels[i].axis;
+    return h;
+  };
+  const Vector3d h_0 = of_base(before), h_d = of_base(wanted);
+  result.H = transposed_times(R_WD, motion.h.angular + R_WB * h_0);
+  for (std::size_t i = 0; i < wheels.size(); ++i) {
+    const Vector3d& share = array.shares()[i];  // row of A^+
+    const double largest = wheels[i].inertia * wheels[i].rate;
+    const double null_before = before[i] - dot(share, h_0), null_wanted = wanted[i] - dot(share, h_d);
+    // Without wheel_speed_rate nothing fades, and what stays is what there was.
+    result.wheels.push_back({problem.robot.wheels[i].name, (1 / largest) * share, null_wanted / largest,
+                             (null_before - null_wanted) / largest});
+  }
+  return result;
 }
 
 std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const CaptureSystem& servicer,

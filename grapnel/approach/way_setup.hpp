@@ -21,8 +21,6 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);
-/// What a term is called.
-PlanSetup::Objective objective_of(Objective::Kind kind);
 
 /// WaySetup::end_measure: the capture at the end of a segment, its grasps rigid and everything else about joints in the
 /// impact as the problem has it (free, or kept by drives or brakes). impulse: CoupledImpulse::energy; impulse_index:
@@ -32,6 +30,11 @@ std::function<double(Objective::Kind kind, std::span<const double> position, std
                      const Posed& X_WB)>
 capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,
                 const std::vector<TargetMotion>& targets);
+
+/// WaySetup::wheels: of the servicer's wheels, that keep its base at R_WD. `X_WB`: of the base at `begin`, when the
+/// wheels have the rates of the problem; `motion`: of the servicer with its wheels at rest in the base.
+WheelMomentum planned_wheels(const CaptureProblem& problem, const FreeMotion& motion, const Rotationd& R_WB,
+                             const Rotationd& R_WD, double begin);
 
 /// The bodies that `clearance` watches, and besides them end-effectors with their own targets: these may touch within
 /// PlanSetup::near_grasp of the grasp point, by default as far as the shapes of the hand reach from its end-effector,

@@ -62,9 +62,12 @@ void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
   placed.mass = all.mass;
   placed.com = all.com();
   if (!floats_) return;
-  const SymmetricFactor3<double> H(all.rotational_about_com());
-  const Vector3d x = H.solve({1, 0, 0}), y = H.solve({0, 1, 0}), z = H.solve({0, 0, 1});
-  placed.H_inverse = {x[0], y[1], z[2], y[0], z[0], z[1]};
+  placed.H_inverse = Symmetric3d::zero();  // (7)
+  if (!keeps_attitude_) {
+    const SymmetricFactor3<double> H(all.rotational_about_com());
+    const Vector3d x = H.solve({1, 0, 0}), y = H.solve({0, 1, 0}), z = H.solve({0, 0, 1});
+    placed.H_inverse = {x[0], y[1], z[2], y[0], z[0], z[1]};
+  }
   for (int j = 0; j < joints(); ++j) {
     const int i = joint_link_[j];
     Momentumd F = placed.composite[i] * placed.axis[i];

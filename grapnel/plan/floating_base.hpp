@@ -24,6 +24,11 @@
 ///
 /// Where the axis of a joint's rotor is stated, the rotor's spin r_j theta_dot_j (19.6) adds to I^c_j S_j in (1), (3)
 /// and (5), and to the momentum h of the link that carries it, with which it turns, in (2).
+///
+/// Where something on the base keeps its attitude, by a torque that turns with nothing else (wheels, say), linear
+/// momentum is conserved and angular momentum is not: V_B is that of (4) with w = 0,
+///   V_B = [0; (p_B - sum_j p_j theta_dot_j)/m],   p_j of [n_j; p_j] = I^c_j S_j                                    (7)
+/// which is what (1) to (6) say of a base with an infinite moment of inertia, H^-1 = 0.
 
 #include <Eigen/Core>
 #include <functional>
@@ -101,6 +106,9 @@ class FloatingBase {
 
   int joints() const { return static_cast<int>(joint_link_.size()); }
   bool floats() const { return floats_; }
+  /// From now on a base that floats keeps its attitude, (7); one that does not keeps it anyway.
+  void keep_attitude() { keeps_attitude_ = true; }
+  bool turns() const { return floats_ && !keeps_attitude_; }
   const Model& model() const { return model_; }
 
   /// Everything that plans places the base for each of its evaluations: `watch` counts them, and what it throws ends
@@ -179,7 +187,7 @@ class FloatingBase {
                           std::span<Momentumd> dh);
 
   const Model& model_;
-  bool floats_;
+  bool floats_, keeps_attitude_ = false;
   WorkWatch* watch_ = nullptr;
   std::vector<bool> held_;       // per joint, if any
   std::vector<int> joint_link_;  // per joint: its link in the tree

@@ -138,10 +138,10 @@ Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
 }  // namespace
 
 void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
-                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b) {
+                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b, const Vector3d& w_B) {
   const int rows = demanded_rows(goals, demand);
   G.resize(rows, base.joints()), b.resize(rows);
-  const Twistd V_h = twist_from(base.momentum_part(h_B));
+  const Twistd V_h = twist_from(base.momentum_part(h_B)) + Twistd{w_B, -cross(w_B, base.com())};
   const auto R = both(as_matrix(X_WB.R));
   Matrix6Xd J;
   for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
@@ -155,10 +155,10 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
 }
 
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
-                             std::span<const Goal> goals, RateDemand demand) {
+                             std::span<const Goal> goals, RateDemand demand, const Vector3d& w_B) {
   Eigen::VectorXd b;
   DemandedRates result;
-  demand_rows(base, X_WB, h_B, goals, demand, result.G, b);
+  demand_rows(base, X_WB, h_B, goals, demand, result.G, b, w_B);
   result.G_inverse = pseudo_inverse(result.G, 1e-10);
   result.rates = result.G_inverse * b;
   result.unmet_part = b - result.G * result.rates;

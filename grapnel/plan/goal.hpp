@@ -6,6 +6,7 @@
 /// plain values; functions use the FloatingBase they are given as scratch.
 
 #include "grapnel/plan/floating_base.hpp"
+#include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/plan/path_segment.hpp"
 
 namespace grapnel {
@@ -58,9 +59,10 @@ struct DemandedRates {
   Eigen::MatrixXd G, G_inverse;  // of demand_rows(), and its pseudo-inverse
   Eigen::VectorXd unmet_part;    // b - G rates
 };
-/// `h_B`: momentum about B's origin in B. Base must be placed. Not for RateDemand::given.
+/// `h_B`: momentum about B's origin in B. `w_B`: with which the base turns about the centre of mass beside, where it is
+/// one that keeps its attitude and does not quite [rad/s]. Base must be placed. Not for RateDemand::given.
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
-                             std::span<const Goal> goals, RateDemand demand);
+                             std::span<const Goal> goals, RateDemand demand, const Vector3d& w_B = Vector3d::zero());
 
 /// How the demanded rates change: with joint values at a base that stays where it is (joints x joints), and with a
 /// displacement of the base in B (joints x 6). With G of demand_rows(), G^+ its pseudo-inverse, rho = G^+ b,
@@ -73,29 +75,17 @@ struct RateSensitivity {
 RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                                  std::span<const Goal> goals, RateDemand demand, const DemandedRates& demanded);
 
-/// The rows of the demand: G theta_dot = b.
+/// The rows of the demand: G theta_dot = b. `w_B` as above.
 void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
-                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b);
+                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b, const Vector3d& w_B = Vector3d::zero());
 
 // What makes one of many solutions the better one. Thread safety: plain values; values use the FloatingBase they are
 // given as scratch.
 
-/// A number that is to be least, of a segment's motion: a weighted sum. See PlanSetup::Objective.
+/// A number that is to be least, of a segment's motion: a weighted sum.
 class Objective {
  public:
-  enum class Kind {
-    excursion,
-    nearest,
-    limits,
-    manipulability,
-    as_found,
-    effort,
-    base_attitude,
-    base_motion,
-    clearance,
-    impulse,
-    impulse_index
-  };
+  using Kind = ObjectiveKind;
   struct Term {
     Kind kind = Kind::as_found;
     double weight = 1;

@@ -77,6 +77,16 @@ std::vector<SegmentWay::Found> SegmentWay::scan(double band, double wanted, WayF
     const double turn = rotation_angle(transpose(setup_.R_WB0) * w.X_WB.R);
     if (figures) figures->base_turn = std::max(figures->base_turn, turn);
     if (std::isfinite(setup_.base_turn)) note(Kept::base_turn, 0, 1, node, turn - setup_.base_turn);
+    for (int i = 0; setup_.wheels && i < static_cast<int>(setup_.wheels->wheels.size()); ++i) {
+      const double share = wheel_share(i, w);
+      if (figures) {
+        figures->wheel_share.resize(setup_.wheels->wheels.size());
+        double& largest = figures->wheel_share[static_cast<std::size_t>(i)];
+        largest = std::max(largest, std::abs(share));
+      }
+      if (std::isfinite(setup_.wheel_share))
+        note(Kept::wheel, i, share > 0 ? 1 : -1, node, std::abs(share) - setup_.wheel_share);
+    }
     if (!setup_.bodies || setup_.bodies->model.pairs().empty()) continue;
     place(w, at);
     look_at_distances(node, w, at, band, wanted, figures, note);
@@ -109,6 +119,10 @@ std::string SegmentWay::describe(const Found& f) {
     case Kept::base_turn:
       return fmt::format("the base turns {:.4g} rad from its initial attitude at t = {:.4g} s, {:.4g} is allowed",
                          setup_.base_turn + f.value, w.time, setup_.base_turn);
+    case Kept::wheel:
+      return fmt::format("wheel '{}' holds {:.4g} of the momentum that it can hold at t = {:.4g} s, {:.4g} is allowed",
+                         setup_.wheels->wheels[static_cast<std::size_t>(f.at.index)].name, setup_.wheel_share + f.value,
+                         w.time, setup_.wheel_share);
     case Kept::clearance:
       break;
   }
@@ -135,6 +149,9 @@ double SegmentWay::objective(Eigen::VectorXd* gradient, std::vector<double>* ter
         break;
       case Objective::Kind::base_motion:
         value = motion_term(term.weight, gradient);
+        break;
+      case Objective::Kind::wheel_momentum:
+        value = wheel_term(term.weight, gradient);
         break;
       case Objective::Kind::clearance:
         break;
@@ -207,6 +224,14 @@ double SegmentWay::violation(const Instant& at, const PathSegment::WayPoint& w, 
       if (d && angle > 0) d->turn = column((1 / angle) * phi);
       return angle - setup_.base_turn;
     }
+    case Kept::wheel: {
+      if (d) {
+        std::vector<double> weights(setup_.wheels->wheels.size());
+        weights[j] = at.sign;
+        add_wheel_change(w, weights, *d);
+      }
+      return at.sign * wheel_share(at.index, w) - setup_.wheel_share;
+    }
     case Kept::clearance:
       break;
   }
@@ -275,6 +300,22 @@ void SegmentWay::add_effort_change(const PathSegment::WayPoint& w, const std::ve
   for (int k = 0; k < 3; ++k) {
     const Posed X{rotation_about(Vector3d::unit(k), kDifference) * w.X_WB.R, w.X_WB.p};
     d.turn[k] += change(x, r, a, X);
+  }
+}
+
+double SegmentWay::wheel_share(int wheel, const PathSegment::WayPoint& w) const {
+  return setup_.wheels->share(static_cast<std::size_t>(wheel), w.time,
+                              FloatingBase::momentum_of_rates(*w.links, w.rate));
+}
+
+void SegmentWay::add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d) {
+  Vector3d row = Vector3d::zero();
+  for (std::size_t i = 0; i < weights.size(); ++i) row += weights[i] * setup_.wheels->wheels[i].row;
+  std::vector<Vector3d> g(static_cast<std::size_t>(n_));
+  base_.angular_momentum_per_angle(*w.links, w.rate, Vector3d::zero(), g);
+  for (int j = 0; j < n_; ++j) {
+    d.position[j] -= dot(row, g[static_cast<std::size_t>(j)]);
+    d.rate[j] -= dot(row, w.links->k[static_cast<std::size_t>(j)]);
   }
 }
 
@@ -438,6 +479,25 @@ double SegmentWay::effort_term(double weight, Eigen::VectorXd* gradient) {
     if (!gradient) continue;
     PerMotion d(n_);
     add_effort_change(w, effort, (weight * w.weight / T) * as_vector(effort), d);
+    *gradient += per_unknown(d, w, i);
+  }
+  return sum;
+}
+
+double SegmentWay::wheel_term(double weight, Eigen::VectorXd* gradient) {
+  const double T = problem_.start.end - problem_.start.begin;
+  std::vector<double> weights(setup_.wheels->wheels.size());
+  double sum = 0;
+  for (int i = 0; i < segment().way_points(); ++i) {
+    const PathSegment::WayPoint w = segment().way_point(i);
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      const double share = wheel_share(static_cast<int>(k), w);
+      sum += 0.5 * w.weight / T * share * share;
+      weights[k] = weight * w.weight / T * share;
+    }
+    if (!gradient) continue;
+    PerMotion d(n_);
+    add_wheel_change(w, weights, d);
     *gradient += per_unknown(d, w, i);
   }
   return sum;

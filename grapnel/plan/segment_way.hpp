@@ -15,11 +15,11 @@ namespace grapnel {
 class SegmentWay {
  public:
   /// What may be violated. Positive where it is: positions [rad or m], rates and efforts as a share of their limits
-  /// less one, distances [m], the base's turn [rad].
-  enum class Kept { position, rate, effort, clearance, base_turn };
+  /// less one, distances [m], the base's turn [rad], wheels' momenta as a share of the most that they can hold.
+  enum class Kept { position, rate, effort, clearance, base_turn, wheel };
   struct Instant {
     Kept kept = Kept::position;
-    int index = 0;    // joint or pair
+    int index = 0;    // joint, pair or wheel
     double sign = 1;  // of the limit
     int node = 0;
     bool operator==(const Instant&) const = default;
@@ -106,6 +106,10 @@ class SegmentWay {
   void add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                          const Eigen::VectorXd& weights, PerMotion& d);
 
+  double wheel_share(int wheel, const PathSegment::WayPoint& w) const;
+  // Derivatives of a weighted sum of shares, (3) of wheel_momentum.hpp.
+  void add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d);
+
   // --- Distances
 
   void place(const PathSegment::WayPoint& w, Kinematics& at);
@@ -133,6 +137,8 @@ class SegmentWay {
   double motion_term(double weight, Eigen::VectorXd* gradient);
 
   double effort_term(double weight, Eigen::VectorXd* gradient);
+
+  double wheel_term(double weight, Eigen::VectorXd* gradient);
 
   FloatingBase& base_;
   ReachProblem problem_;

@@ -25,6 +25,7 @@
 
 #include "grapnel/clearance/clearance_model.hpp"
 #include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/wheel_momentum.hpp"
 
 namespace grapnel {
 
@@ -57,8 +58,10 @@ struct WaySetup {
   std::vector<double> effort_limit;  // per joint; infinite where there is none
   double base_turn = std::numeric_limits<double>::infinity();  // from R_WB0 [rad]
   Rotationd R_WB0 = Rotationd::identity();
-  std::optional<double> clearance;          // least distance [m]
-  std::shared_ptr<const WayBodies> bodies;  // for clearance, kept or wanted
+  std::optional<WheelMomentum> wheels;  // of a base that keeps its attitude, for wheel_share or the objective
+  double wheel_share = std::numeric_limits<double>::infinity();  // largest of each, of the most that it can hold
+  std::optional<double> clearance;                               // least distance [m]
+  std::shared_ptr<const WayBodies> bodies;                       // for clearance, kept or wanted
   /// Value of Objective::Kind::impulse or impulse_index for final joint values, rates and base pose.
   std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
                        const Posed& X_WB)>
@@ -66,7 +69,8 @@ struct WaySetup {
   std::optional<int> knots;  // absent: none, and where that does not do, kKnots
   static constexpr int kKnots = 4;
   bool keeps_something() const {
-    return limits || base_turn < std::numeric_limits<double>::infinity() || clearance.has_value();
+    constexpr double kAny = std::numeric_limits<double>::infinity();
+    return limits || base_turn < kAny || wheel_share < kAny || clearance.has_value();
   }
 };
 
@@ -78,6 +82,7 @@ struct WayFigures {
   Clearance clearance;                                               // the least, where it was looked at
   double clearance_time = 0;                                         // [s]
   double base_turn = 0;                                              // largest [rad]
+  std::vector<double> wheel_share;                                   // largest, per wheel of WaySetup::wheels
 };
 
 /// A solution that keeps what is asked, or the nearest to it.

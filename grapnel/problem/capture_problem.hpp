@@ -18,6 +18,7 @@
 #include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
@@ -259,32 +260,14 @@ struct PlanWeights {
   double clearance = 0;
   double impulse = 0;
   double impulse_index = 0;
+  double wheel_momentum = 0;
 };
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
 struct PlanSetup {
-  /// What is minimized among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of
-  /// the distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to
-  /// the ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing;
-  /// Newton's method with steps of least norm from the guess, or from the first other initial guess that leads to a
-  /// solution. effort: squares of the joints' efforts, on the mean over the way. base_attitude: the square of the
-  /// base's turn at the capture. base_motion: squares of the base's angular velocity on the way. clearance: minus the
-  /// minimum distance on the way. impulse: the impulses of the capture, as if the grasps were rigid; impulse_index:
-  /// what any relative motion there would bring, on the mean of its directions (both by the metric (7.8)).
-  enum class Objective {
-    excursion,
-    nearest,
-    limits,
-    manipulability,
-    as_found,
-    effort,
-    base_attitude,
-    base_motion,
-    clearance,
-    impulse,
-    impulse_index
-  };
+  /// What is minimized among the solutions.
+  using Objective = ObjectiveKind;
   Objective objective = Objective::excursion;
   std::optional<PlanWeights> weights;  // in place of `objective`
   std::vector<double> guess;           // per joint: where the search begins; empty: the initial values
@@ -301,7 +284,9 @@ struct PlanSetup {
   std::optional<double> clearance;   // least distance of the bodies that are watched [m]
   std::optional<double> near_grasp;  // from its grasp point, within which an end-effector may touch its target [m]
   std::optional<double> base_turn;   // largest turn of the base from its initial attitude [rad]
-  std::optional<int> knots;          // inner knots of the joints' splines; absent: those that it takes
+  /// Largest share of the momentum that it can hold, of each wheel that keeps the base's attitude.
+  std::optional<double> wheel_momentum;
+  std::optional<int> knots;  // inner knots of the joints' splines; absent: those that it takes
 
   /// Joints that move no grasping end-effector. used: they move where that makes the objective less. held: they end
   /// where they began, at rest.

@@ -34,7 +34,8 @@ struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quar
 template <>
 struct Described<PlanSetup::Objective>
     : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found",
-                  "effort", "base_attitude", "base_motion", "clearance", "impulse", "impulse_index"> {};
+                  "effort", "base_attitude", "base_motion", "clearance", "impulse", "impulse_index", "wheel_momentum"> {
+};
 template <>
 struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
 template <>

@@ -33,6 +33,8 @@ inline constexpr PlanObjective kPlanObjectives[] = {
      "energy that the capture's impulses would give the free targets, each alone"},
     {PlanSetup::Objective::impulse_index, &PlanWeights::impulse_index, "1",
      "impulse of relative motions at the grasps, against an immovable robot, mean of their directions"},
+    {PlanSetup::Objective::wheel_momentum, &PlanWeights::wheel_momentum, "1",
+     "half the mean of the sum of squares of the wheels' momenta over the most that they can hold, on the way"},
 };
 
 /// With what weight a plan minimizes it; zero: not at all.

@@ -145,7 +145,10 @@ class Conflicts : ConflictFinder {
       add_key("approach.plan", "approach.plan needs 'grasps': there is nothing to reach").relies_on = "grasps";
     if (approach.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes();
     if (approach.straight_in) check_directions();
-    if (approach.plan) check_plan(*approach.plan, approach.straight_in.has_value());
+    if (approach.plan) {
+      check_plan(*approach.plan, approach.straight_in.has_value());
+      check_wheel_budget(*approach.plan, approach.base_control);
+    }
     if (approach.window) check_window(approach, *approach.window);
     const double straight = approach.straight_in ? approach.straight_in->duration : 0;
     const double duration = shortest(problem_.approach).value_or(0);
@@ -203,6 +206,35 @@ class Conflicts : ConflictFinder {
           "{}{}: the plan that is searched for ends at the stand-off of straight_in, where nothing is captured; leave "
           "out one of them",
           objective, minimizes(Objective::impulse) ? "impulse" : "impulse_index");
+    }
+  }
+
+  // What is asked of the wheels' momenta, against what there is to give the base's torque.
+  void check_wheel_budget(const PlanSetup& plan, const std::optional<BaseControlSetup>& control) {
+    const bool wanted = weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0;
+    if (!plan.wheel_momentum && !wanted) return;
+    const std::string path = plan.wheel_momentum ? "approach.plan.wheel_momentum"
+                             : plan.weights      ? "approach.plan.weights.wheel_momentum"
+                                                 : "approach.plan.objective";
+    const std::string what = plan.wheel_momentum || plan.weights ? path : path + ": wheel_momentum";
+    using Actuators = BaseControlSetup::Actuators;
+    const bool by_wheels = control && !problem_.robot.wheels.empty() &&
+                           control->actuators.value_or(Actuators::wheels) == Actuators::wheels;
+    if (!by_wheels) {
+      add(path,
+          "{} needs wheels that keep the base's attitude: wheels: [...] in the robot file, and approach.base_control "
+          "that uses them",
+          what);
+      return;
+    }
+    for (const WheelSetup& wheel : problem_.robot.wheels) {
+      if (!std::isfinite(wheel.rate))
+        add(path, "{}: wheel '{}' has no largest rate ('rate' in the robot file), so it could hold any momentum", what,
+            wheel.name);
+    }
+    if (control->dumping) {
+      add(path, "{}: thrusters that take the wheels' momentum out (approach.base_control.dumping) are not planned for",
+          what);
     }
   }
 

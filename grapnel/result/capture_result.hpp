@@ -51,6 +51,12 @@ struct PlanTerm {
   double value = 0;
 };
 
+/// What a wheel is to hold on a planned way.
+struct WheelShare {
+  std::string wheel;
+  double share = 0;
+};
+
 /// What a planned segment does on its way.
 struct PlannedWay {
   int knots = 0;
@@ -61,6 +67,7 @@ struct PlannedWay {
   std::string body_a, body_b;
   double clearance_time = 0;
   double base_turn = 0;
+  std::vector<WheelShare> wheels;
 };
 
 /// A time of capture that was looked at.

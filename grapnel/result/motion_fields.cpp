@@ -109,12 +109,26 @@ const Type& type_of<PlanTerm>() {
   static constexpr Field fields[] = {
       field<&PlanTerm::name>("name", "as in approach.plan.weights"),
       field<&PlanTerm::weight>("weight", "1", "in the reciprocal of the value's unit"),
-      field<&PlanTerm::value>(
-          "value", "1", "[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1]")
+      field<&PlanTerm::value>("value", "1",
+                              "[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, "
+                              "impulse_index, wheel_momentum: 1]")
           .or_null(),
   };
   static constexpr Type type =
       structure<PlanTerm>("PlanTerm", "one of the terms that a plan's objective is the sum of.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<WheelShare>() {
+  static constexpr Field fields[] = {
+      field<&WheelShare::wheel>("wheel", "of the robot"),
+      field<&WheelShare::share>(
+          "share", "1",
+          "largest momentum on the way, over the most that it can hold, while the wheels keep the "
+          "base's attitude exactly"),
+  };
+  static constexpr Type type = structure<WheelShare>("WheelShare", "what a wheel is to hold on a planned way.", fields);
   return type;
 }
 
@@ -134,6 +148,7 @@ const Type& type_of<PlannedWay>() {
       field<&P::body_b>("body_b", "and this one"),
       field<&P::clearance_time>("clearance_time", "s", "when they are so near"),
       field<&P::base_turn>("base_turn", "rad", "largest turn of the base from its initial attitude"),
+      field<&P::wheels>("wheels", "what wheels are to hold; empty: it was not looked at"),
   };
   static constexpr Type type = structure<P>(
       "PlannedWay", "what the last segment that was planned does on its way, the joints following it exactly.", fields);

@@ -66,6 +66,8 @@ const Type& type_of<GraspOutcome>();
 template <>
 const Type& type_of<PlanTerm>();
 template <>
+const Type& type_of<WheelShare>();
+template <>
 const Type& type_of<PlannedWay>();
 template <>
 const Type& type_of<WindowPoint>();

@@ -132,6 +132,8 @@ std::string plan_lines(const PlanReport& plan) {
   if (way.position_margin)
     parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
   if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of theirs", 100 * *way.rate_share);
+  for (const WheelShare& w : way.wheels)
+    parts += fmt::format("; {} holds up to {:.1f} % of what it can", w.wheel, 100 * w.share);
   if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of theirs", 100 * *way.effort_share);
   return text + paragraph(parts, "  ");
 }

@@ -188,6 +188,10 @@ struct Described<PlanWeights> {
                                "Of what relative motions at the grasps bring, against an immovable robot, on the mean "
                                "of their directions.")
           .at_least(0),
+      field<&T::wheel_momentum>("wheel_momentum", "1",
+                                "Of half the mean of the sum of squares of the wheels' momenta over the most that they "
+                                "can hold, while they keep the base's attitude.")
+          .at_least(0),
   });
   static constexpr Type type = structure<T>(
       "weights", "Weights of objectives, the sum of which is minimized; those left out count nothing.", fields);
@@ -253,9 +257,17 @@ struct Described<PlanSetup> {
                            "Largest turn of the base from its initial attitude, all the way; absent: any.")
           .above(0)
           .optional(),
-      field<&T::knots>("knots", "",
-                       "Inner knots of splines that give the joints more freedom on the way than one polynomial; "
-                       "absent: none, and where limits, clearance or base_turn are not kept without, 4.")
+      field<&T::wheel_momentum>(
+          "wheel_momentum", "1",
+          "Largest share of the momentum that it can hold (moment of inertia times largest rate), "
+          "all the way, of each wheel that keeps the base's attitude; absent: any.")
+          .above(0)
+          .at_most(1)
+          .optional(),
+      field<&T::knots>(
+          "knots", "",
+          "Inner knots of splines that give the joints more freedom on the way than one polynomial; "
+          "absent: none, and where limits, clearance, base_turn or wheel_momentum are not kept without, 4.")
           .at_least(0)
           .at_most(30)
           .optional(),

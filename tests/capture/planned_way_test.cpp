@@ -221,6 +221,39 @@ TEST(Splines, ShortenTheWay) {
   EXPECT_LT(r.plan->objective_value, 0.7 * simple);
 }
 
+// A base that is to be quiet beside much else: found from another solution than the one that moves the joints least,
+// and by a close look at what happens between nodes; without either of them a single polynomial is left, with 74.
+TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/quiet-approach.yaml");
+  p.approach->tracking = {};
+  p.impact.reset(), p.post_impact.reset();
+  plan_of(p).weights->base_motion = 3000;
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  std::printf("[ measured ] %.3f, %d knots, clearance %.6f m\n", r.plan->objective_value, r.plan->way->knots,
+              *r.plan->way->clearance);
+  EXPECT_EQ(r.plan->way->knots, 3);
+  EXPECT_LT(r.plan->objective_value, 40);  // measured 20.2
+  EXPECT_GT(*r.plan->way->clearance, *plan_of(p).clearance - 1e-6);
+}
+
+// An objective that leads away from every way that keeps what is asked: none is found but from one that is kept without
+// the objective.
+TEST(PlannedObjective, BeginsFromAWayThatIsKeptWithoutIt) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  plan_of(p).objective = Objective::nearest;
+  plan_of(p).guess = {-1.08, 2.37, 0, 2.2, -0.53, 1.77};
+  plan_of(p).base_turn = 0.005, plan_of(p).clearance = 0.3, plan_of(p).near_grasp = 1.2, plan_of(p).knots = 2;
+  const CaptureResult r = flown(p);
+  std::printf("[ measured ] %.5f, turned by %.6f rad, clearance %.4f m\n", r.plan->objective_value, largest_turn(r),
+              minimum_of(r));
+  EXPECT_LT(largest_turn(r), 0.005 + 2e-6);
+  EXPECT_GT(minimum_of(r), 0.3 - 1e-6);
+}
+
 // --- Impulses
 
 // What each impulse alone would give its free target, from the impact that was flown.
@@ -377,15 +410,81 @@ TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
               ::testing::Contains(HasSubstr("straight_in brings the end-effectors of the robot that bends")));
 }
 
-// --- What stands against it
+// --- Of a base whose attitude is controlled, and under what acts from outside
 
-TEST(PlannedWay, IsNotPlannedWhereSomethingDisturbsTheMomentum) {
+void control_base(CaptureProblem& p, bool feedforward) {
+  BaseControlSetup& control = p.approach->base_control.emplace();
+  control.kp = {400, 400, 400}, control.kd = {2000, 2000, 2000}, control.feedforward = feedforward;
+}
+
+// With control that feeds forward what the joints take the base keeps its attitude exactly, as the plan has it.
+TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   CaptureProblem p = first_plan();
-  p.approach->base_control.emplace();
-  plan_of(p).base_turn = 0.1;
+  p.impact.reset();
+  control_base(p, true);
+  const double direct = minimum_of(flown(p));
+  plan_of(p).clearance = direct + 0.05, plan_of(p).near_grasp = 1.2;
+  const CaptureResult r = flown(p);
+  std::printf("[ measured ] %.7f m, %.7f m asked for, %.7f m without that; the base turns by %.3g rad\n", minimum_of(r),
+              direct + 0.05, direct, largest_turn(r));
+  EXPECT_LT(largest_turn(r), 1e-9);
+  EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-5);
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
+  // Efforts are those of joints on a base that does not turn.
+  plan_of(p).clearance.reset(), plan_of(p).near_grasp.reset();
+  limit_joints(p, 1e6, 1e6);
+  const std::size_t n = r.plan->joints.size();
+  const double strongest = largest_share(flown(p), "joints/effort", n, 1);
+  limit_joints(p, 1e6, 0.8 * strongest);
+  plan_of(p).limits = PlanSetup::Limits::on_the_way;
+  const CaptureResult efforts = flown(p);
+  const double effort = largest_share(efforts, "joints/effort", n, 0.8 * strongest);
+  std::printf("[ measured ] effort %.7f of the limit\n", effort);
+  EXPECT_LT(effort, 1 + 1e-4);
+  EXPECT_NEAR(*efforts.plan->way->effort_share, effort, 1e-2);
+}
+
+// Without feeding forward the base lags, and what is kept is off by what it lags.
+TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  control_base(p, false);
+  const double direct = minimum_of(flown(p));
+  plan_of(p).clearance = direct + 0.05, plan_of(p).near_grasp = 1.2;
+  const CaptureResult r = flown(p);
+  std::printf("[ measured ] %.5f m, %.5f m asked for; the base turns by %.3g rad\n", minimum_of(r), direct + 0.05,
+              largest_turn(r));
+  EXPECT_GT(largest_turn(r), 1e-4);
+  EXPECT_NEAR(minimum_of(r), direct + 0.05, 5e-3);
+}
+
+TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
+  CaptureProblem p = first_plan();
+  control_base(p, false);
+  plan_of(p).base_turn = 0.1, plan_of(p).objective = Objective::base_motion;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_THAT(r.failure, HasSubstr("are planned by the conservation of momentum"));
+  EXPECT_THAT(r.failure, HasSubstr("base_turn, base_motion: the plan is made for a base that keeps its attitude"));
+  // Control that is too weak to keep it lets the base float, whose turn is planned.
+  for (Vector3d* gains : {&p.approach->base_control->kp, &p.approach->base_control->kd}) *gains = {1e-3, 1e-3, 1e-3};
+  const CaptureResult weak = flown(p);
+  EXPECT_NEAR(largest_turn(weak), weak.plan->way->base_turn, 5e-3);
+  EXPECT_LT(largest_turn(weak), 0.1 + 5e-3);
+  EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to keep the attitude")));
+}
+
+TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  LoadSetup push;
+  push.body = "arm-1-link-1", push.amplitude = {{0, 0, 0.05}, {0, 0.05, 0}};
+  p.loads.push_back(push);
+  const double direct = minimum_of(flown(p));
+  plan_of(p).clearance = direct + 0.05, plan_of(p).near_grasp = 1.2;
+  const CaptureResult r = flown(p);
+  std::printf("[ measured ] %.5f m, %.5f m asked for, %.5f m without that\n", minimum_of(r), direct + 0.05, direct);
+  EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-2);
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that bears no loads; how far")));
 }
 
 }  // namespace planned_way_test

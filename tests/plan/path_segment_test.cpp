@@ -34,7 +34,7 @@ Flight random_flight(int i) {
 }
 
 // The same motion by forward dynamics with prescribed joints.
-Posed simulated_end(const Flight& f) {
+PhaseSetup followed(const Flight& f) {
   PhaseSetup setup;
   setup.gravity = f.gravity;
   for (std::size_t j = 0; j < f.position.size(); ++j) {
@@ -45,6 +45,10 @@ Posed simulated_end(const Flight& f) {
     setup.drives.push_back(drive);
   }
   setup.recover_roots = false;
+  return setup;
+}
+
+Posed simulated_end(const Flight& f, const PhaseSetup& setup) {
   PhaseDynamics dynamics(f.servicer.model, setup);
   const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
   EXPECT_TRUE(outcome.finished) << outcome.failure;
@@ -60,10 +64,46 @@ TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
     PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
     const SegmentEnd end = segment.fly(f.position, f.rate, false);
     ASSERT_TRUE(end.finished) << end.failure;
-    const Posed expected = simulated_end(f);
+    const Posed expected = simulated_end(f, followed(f));
     EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // it has turned
     EXPECT_LT(position.note(norm(end.X_WB.p - expected.p), i), 1e-9);                    // measured 4e-11
     EXPECT_LT(angle.note(rotation_angle(transpose(end.X_WB.R) * expected.R), i), 1e-9);  // measured 1e-11
+  }
+}
+
+// Attitude control that feeds forward what the joints' motion takes keeps a base exactly that is at rest to begin with.
+TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
+  Worst position("end of a segment with the attitude kept against the simulation [m]");
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Flight f = random_flight(i);
+    Twistd V = root_twist(f.servicer.model, f.servicer.state, 0);
+    V.angular = Vector3d::zero();
+    set_root_twist(f.servicer.model, 0, V, f.servicer.state);
+    FloatingBase base(f.servicer.model, true);
+    base.keep_attitude();
+    const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
+    EXPECT_GT(norm(motion.h.angular), 1e-3);  // it counts for nothing
+    PathSegment segment(base, f.start, motion);
+    const SegmentEnd end = segment.fly(f.position, f.rate, true);
+    ASSERT_TRUE(end.finished) << end.failure;
+    PhaseSetup setup = followed(f);
+    setup.attitude = AttitudeControl{0, f.start.X_WB.R, {10, 10, 10}, {10, 10, 10}};
+    setup.actuators.feedforward = true;
+    const Posed expected = simulated_end(f, setup);
+    EXPECT_LT(rotation_angle(transpose(f.start.X_WB.R) * expected.R), 1e-9);
+    EXPECT_LT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-14);
+    EXPECT_GT(norm(f.start.X_WB.p - end.X_WB.p), 1e-3);  // it has moved
+    EXPECT_LT(position.note(norm(end.X_WB.p - expected.p), i), 1e-9);
+    const double h = 1e-4;
+    for (std::size_t j = 0; j < f.position.size(); ++j) {
+      std::vector<double> up = f.position, down = f.position;
+      up[j] += h, down[j] -= h;
+      const Vector3d moved = segment.fly(up, f.rate, false).X_WB.p - segment.fly(down, f.rate, false).X_WB.p;
+      const Eigen::Vector3d difference = column((0.5 / h) * transposed_times(f.start.X_WB.R, moved));
+      EXPECT_LT((end.per_position.col(static_cast<Eigen::Index>(j)).tail<3>() - difference).norm(), 1e-6);
+      EXPECT_EQ(end.per_position.col(static_cast<Eigen::Index>(j)).head<3>().norm(), 0);
+    }
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/plan/joint_efforts.hpp"
+#include "grapnel/plan/segment_way.hpp"
 #include "grapnel/plan/shooting.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
@@ -373,6 +374,59 @@ TEST(WayObjective, BecomesLeast) {
     EXPECT_NEAR(measured.terms[0], least_way.objective, 1e-6 * least_way.objective);
     EXPECT_LT(three.objective, 0.9 * measured.terms[1]);
   }
+}
+
+// --- Wheels that keep the base's attitude
+
+// Shares and their integral against differences.
+TEST(PlannedWheels, DerivativesAreThoseOfDifferences) {
+  Worst worst("shares of wheels against differences");
+  TiltedArms arms = tilted_arms(2);
+  FloatingBase base(arms.model, true);
+  base.keep_attitude();
+  ReachProblem& p = arms.problem;
+  WheelMomentum wheels;
+  wheels.wheels = {{"a", {0.3, -0.1, 0.2}, 0.1, 0.2}, {"b", {-0.2, 0.4, 0.1}, 0, -0.1}};
+  wheels.H = {1, -2, 0.5}, wheels.begin = p.start.begin, wheels.rate = 0.1;
+  p.way.wheels = wheels, p.way.wheel_share = 0.5;
+  p.objective = Objective(Objective::Kind::wheel_momentum, p.start, p.guess, p.lower, p.upper);
+  constexpr int kKnotsHere = 2;
+  SegmentWay way(base, p, kKnotsHere, 2);
+  Random random(77);
+  std::vector<double> y = p.guess;
+  for (double& x : y) x += random.uniform(-0.2, 0.2);
+  for (int k = 0; k < kKnotsHere * base.joints(); ++k) y.push_back(random.uniform(-0.3, 0.3));
+  Shot like;
+  like.position = p.guess, like.rate.assign(p.guess.size(), 0.0);
+  like.coefficients.assign(static_cast<std::size_t>(kKnotsHere * base.joints()), 0.0);
+  ASSERT_TRUE(way.shoot(y, like, SegmentAccuracy::full).valid);
+  like = way.shot();
+  like.K.resize(0, 0);
+  const std::vector<SegmentWay::Instant> instants = {{SegmentWay::Kept::wheel, 0, 1, 3},
+                                                     {SegmentWay::Kept::wheel, 1, -1, 20}};
+  std::vector<Eigen::VectorXd> gradients(instants.size());
+  for (std::size_t i = 0; i < instants.size(); ++i) way.value(instants[i], &gradients[i]);
+  Eigen::VectorXd of_objective;
+  way.objective(&of_objective);
+  constexpr double h = 1e-5;
+  for (std::size_t u = 0; u < y.size(); ++u) {
+    std::vector<double> above(instants.size() + 1), below(above.size());
+    for (const double sign : {1.0, -1.0}) {
+      std::vector<double> moved = y;
+      moved[u] += sign * h;
+      ASSERT_TRUE(way.shoot(moved, like, SegmentAccuracy::full).valid);
+      std::vector<double>& values = sign > 0 ? above : below;
+      for (std::size_t i = 0; i < instants.size(); ++i) values[i] = way.value(instants[i], nullptr);
+      values.back() = way.objective(nullptr);
+    }
+    for (std::size_t i = 0; i < above.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(u);
+      const double expected = (above[i] - below[i]) / (2 * h);
+      const double got = i < instants.size() ? gradients[i][k] : of_objective[k];
+      EXPECT_LT(worst.note(std::abs(got - expected), static_cast<int>(u)), 1e-6 * std::max(1.0, std::abs(expected)));
+    }
+  }
+  EXPECT_GT(gradients[0].norm(), 1e-2);
 }
 
 }  // namespace way_test

@@ -21,6 +21,12 @@ Edit window(const std::string& text) {
           "  window: " + text + "\n  plan: {}"};
 }
 
+// A robot with one wheel. `more`: keys of it.
+Edit with_wheel(const std::string& more) {
+  return {"base: {mass: 100,",
+          "wheels: [{name: w, axis: [0, 0, 1], inertia: 0.05, torque: 0.4" + more + "}]\n  base: {mass: 100,"};
+}
+
 const std::vector<FaultCase> kCases{
     {"approach_axis_not_unit",
      {with_tip("approach_axis: [1, 1, 0]")},
@@ -143,7 +149,8 @@ const std::vector<FaultCase> kCases{
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
      {"scenario.yaml:32:21: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
-      "limits, manipulability, as_found, effort, base_attitude, base_motion, clearance, impulse, impulse_index"}},
+      "limits, manipulability, as_found, effort, base_attitude, base_motion, clearance, impulse, impulse_index, "
+      "wheel_momentum"}},
     {"plan_objective_and_weights",
      {way("plan: {objective: effort, weights: {effort: 1}}")},
      {"scenario.yaml:32:29: error: approach.plan has both 'objective' and 'weights', only one is allowed"}},
@@ -175,6 +182,28 @@ const std::vector<FaultCase> kCases{
     {"plan_turn_none",
      {way("plan: {base_turn: 0}")},
      {"scenario.yaml:32:21: error: approach.plan.base_turn is 0, must be greater than 0 [rad]"}},
+    {"plan_wheel_budget_without_wheels",
+     {way("plan: {wheel_momentum: 0.5}")},
+     {"scenario.yaml:32:26: error: approach.plan.wheel_momentum needs wheels that keep the base's attitude: wheels: "
+      "[...] in the robot file, and approach.base_control that uses them"}},
+    {"plan_wheel_budget_without_base_control",
+     {with_wheel(", rate: 400"), way("plan: {objective: wheel_momentum}")},
+     {"scenario.yaml:33:21: error: approach.plan.objective: wheel_momentum needs wheels that keep the base's attitude: "
+      "wheels: [...] in the robot file, and approach.base_control that uses them"}},
+    {"plan_wheel_budget_of_wheels_without_rates",
+     {with_wheel(""),
+      way("plan: {wheel_momentum: 1.5, weights: {wheel_momentum: 1}}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1]}")},
+     {"scenario.yaml:33:26: error: approach.plan.wheel_momentum is 1.5, must be greater than 0 and at most 1 [1]",
+      "scenario.yaml:33:26: error: approach.plan.wheel_momentum: wheel 'w' has no largest rate ('rate' in the robot "
+      "file), so it could hold any momentum"}},
+    {"plan_wheel_budget_and_dumping",
+     {with_wheel(", rate: 400"),
+      way("plan: {wheel_momentum: 0.5}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 2, below: 1, "
+          "torque: 1}}\ncontrol: {period: 0.1}")},
+     {"scenario.yaml:33:26: error: approach.plan.wheel_momentum: thrusters that take the wheels' momentum out "
+      "(approach.base_control.dumping) are not planned for",
+      "scenario.yaml:34:48: error: approach.base_control.dumping: the robot has no thrusters (thrusters: [...] in the "
+      "robot file)"}},
     {"plan_knots_too_many",
      {way("plan: {knots: 31}")},
      {"scenario.yaml:32:17: error: approach.plan.knots is 31, must be between 0 and 30"}},

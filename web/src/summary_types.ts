@@ -399,13 +399,13 @@ export interface PlanTerm {
   name: string;
   /** in the reciprocal of the value's unit [1] */
   weight: number;
-  /** [rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1] [1] */
+  /** [rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index, wheel_momentum: 1] [1] */
   value: number | null;
 }
 export const kPlanTerm: FieldNote[] = [
   ["name","","as in approach.plan.weights"],
   ["weight","1","in the reciprocal of the value's unit"],
-  ["value","1","[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1]"],
+  ["value","1","[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index, wheel_momentum: 1]"],
 ];
 
 // how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the closest attempt.
@@ -476,6 +476,8 @@ export interface PlannedWay {
   clearance_time: number;
   /** largest turn of the base from its initial attitude [rad] */
   base_turn: number;
+  /** what wheels are to hold; empty: it was not looked at */
+  wheels: WheelShare[];
 }
 export const kPlannedWay: FieldNote[] = [
   ["knots","1","inner knots of the joints' splines; 0: one polynomial"],
@@ -487,6 +489,19 @@ export const kPlannedWay: FieldNote[] = [
   ["body_b","","and this one"],
   ["clearance_time","s","when they are so near"],
   ["base_turn","rad","largest turn of the base from its initial attitude"],
+  ["wheels","","what wheels are to hold; empty: it was not looked at"],
+];
+
+// what a wheel is to hold on a planned way.
+export interface WheelShare {
+  /** of the robot */
+  wheel: string;
+  /** largest momentum on the way, over the most that it can hold, while the wheels keep the base's attitude exactly [1] */
+  share: number;
+}
+export const kWheelShare: FieldNote[] = [
+  ["wheel","","of the robot"],
+  ["share","1","largest momentum on the way, over the most that it can hold, while the wheels keep the base's attitude exactly"],
 ];
 
 // times of capture within the window, and the one that was chosen.

@@ -69,6 +69,7 @@ function way(plan: Partly<PlanReport>): HTMLElement[] {
       ["joints within their limits by", withUnit(num(way.position_margin), "rad or m")],
       ["largest rate", share(num(way.rate_share))],
       ["largest effort", share(num(way.effort_share))],
+      ["largest momenta of wheels", list(way.wheels).map((w) => `${text(w.wheel)}: ${number(100 * (num(w.share) ?? NaN), 3)} %`).join(", ")],
       ["inner knots of the splines", number(num(way.knots))],
     ]),
   ];
