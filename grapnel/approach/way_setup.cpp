@@ -248,7 +248,7 @@ capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMot
       const Posed X_WE = frame_pose(system.model, kinematics, frame);
       grasps.push_back({system.model.frames()[frame].body, target, g.model, X_WE.p, X_WE.R * g.hinge_axis});
     }
-    const CoupledImpulse impulse = coupled_impulse(system.model, state, grasps, held);
+    const PlannedImpulse impulse = planned_impulse(system.model, state, grasps, held);
     return kind == Objective::Kind::impulse ? impulse.energy : impulse.mean_impulse;
   };
 }

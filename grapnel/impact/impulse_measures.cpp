@@ -263,7 +263,7 @@ ImpulseMeasures impulse_measures(const Model& model, const State& state, int roo
   return m;
 }
 
-CoupledImpulse coupled_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
+PlannedImpulse planned_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
                                std::span<const HeldRate> held) {
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state), J = grasp_jacobian(model, kinematics, grasps);
@@ -271,7 +271,22 @@ CoupledImpulse coupled_impulse(const Model& model, const State& state, std::span
   const Response response(M, held);
   const Eigen::VectorXd velocity = velocity_with_held(M, state, held, response);
   const Cholesky metric(grasp_metric(model, kinematics, grasps, J.rows()));
-  return measure_coupled(response.half(J.transpose()), J * velocity, metric);
+  const Eigen::MatrixXd half = response.half(J.transpose());
+  if (half.rows() >= half.cols()) {
+    // Y = Q R. No singular value is below 1/|R^-1|, none above |R|: where rows are surely independent, W^-1 = R^-1 R^-T
+    // in the metric, and the mean of its singular values is |R^-1|^2 over their number.
+    const Eigen::MatrixXd R = thin_qr(lower_solution(metric, half.transpose()).transpose()).R;
+    const Eigen::MatrixXd inverse =
+        R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(R.rows(), R.cols()));
+    const double size = inverse.norm();
+    if (kRankTolerance * size * R.norm() < 1) {
+      const Eigen::VectorXd motion = lower_solution(metric, J * velocity);
+      const Eigen::VectorXd impulse = inverse * (inverse.transpose() * motion);
+      return {size * size / static_cast<double>(R.rows()), 0.5 * impulse.squaredNorm()};
+    }
+  }
+  const CoupledImpulse m = measure_coupled(half, J * velocity, metric);
+  return {m.mean_impulse, m.energy};
 }
 
 }  // namespace grapnel

@@ -96,8 +96,13 @@ struct ImpulseMeasures : CoupledImpulse {
 ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,
                                  std::span<const Impulsed> impulses, std::span<const HeldRate> held = {});
 
-/// What of them looks at all grasps together; no more than a plan evaluates again and again.
-CoupledImpulse coupled_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
+/// CoupledImpulse::mean_impulse and energy, without the singular values where no rank is to be found: a plan evaluates
+/// them again and again.
+struct PlannedImpulse {
+  double mean_impulse = 0;  // [1]
+  double energy = 0;        // [J]
+};
+PlannedImpulse planned_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
                                std::span<const HeldRate> held = {});
 
 /// Mass that a frictionless contact feels along a direction n of W (of any length): |n|^2 / (n^T L n) with L the linear
