@@ -121,7 +121,7 @@ class Planner {
     PlacedLinks links;
     base_.place(position_, links);
     const Symmetric3d inertia = links.composite[0].rotational_about_com();
-    if (!keeps_attitude(*approach_.base_control, inertia, approach_.duration - begin_)) return;
+    if (!keeps_attitude(*approach_.base_control, inertia, approach_.duration)) return;
     base_.keep_attitude();
     X_WB_.R = attitude_control(*approach_.base_control, flown_, flown_start_).R_WD;
     X_WB_.p = motion_.p_WCom - X_WB_.R * links.com;
@@ -279,7 +279,7 @@ class Planner {
     if (!solution.found) position_ = solution.position, rate_ = solution.rate;
   }
 
-  static PlannedWay planned_way(const ReachProblem& reach, const ReachSolution& solution) {
+  PlannedWay planned_way(const ReachProblem& reach, const ReachSolution& solution) const {
     const WayFigures& f = *solution.way;
     PlannedWay way;
     way.knots = solution.knots;
@@ -291,6 +291,7 @@ class Planner {
       way.body_a = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_a)];
       way.body_b = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_b)];
     }
+    way.attitude_kept = attitude_kept();
     way.base_turn = f.base_turn;
     for (std::size_t i = 0; i < f.wheel_share.size(); ++i)
       way.wheels.push_back({reach.way.wheels->wheels[i].name, f.wheel_share[i]});

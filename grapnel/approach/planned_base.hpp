@@ -17,7 +17,8 @@ namespace grapnel {
 
 /// Whether a base under this control is planned with as one that keeps its attitude: by (2) about all three axes, or
 /// since the control feeds forward what the joints' motion takes. `inertia`: of the servicer about its centre of mass,
-/// in B [kg m^2]. `duration`: of the motion, T [s].
+/// in B [kg m^2]. `duration`: of the approach, T [s]; all of it also where the rest is planned anew, for which the base
+/// is then taken for what it was.
 bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration);
 
 }  // namespace grapnel

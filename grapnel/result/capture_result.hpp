@@ -66,6 +66,7 @@ struct PlannedWay {
   std::optional<double> clearance;
   std::string body_a, body_b;
   double clearance_time = 0;
+  bool attitude_kept = false;
   double base_turn = 0;
   std::vector<WheelShare> wheels;
 };

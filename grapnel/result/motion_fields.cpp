@@ -147,7 +147,13 @@ const Type& type_of<PlannedWay>() {
       field<&P::body_a>("body_a", "they are this one"),
       field<&P::body_b>("body_b", "and this one"),
       field<&P::clearance_time>("clearance_time", "s", "when they are so near"),
-      field<&P::base_turn>("base_turn", "rad", "largest turn of the base from its initial attitude"),
+      field<&P::attitude_kept>(
+          "attitude_kept",
+          "whether it is the way of a base that keeps its attitude exactly, as attitude control is "
+          "taken to have it"),
+      field<&P::base_turn>("base_turn", "rad",
+                           "largest turn of the base from its initial attitude; where the attitude is kept, of the "
+                           "attitude that it is to have"),
       field<&P::wheels>("wheels", "what wheels are to hold; empty: it was not looked at"),
   };
   static constexpr Type type = structure<P>(

@@ -128,7 +128,8 @@ std::string plan_lines(const PlanReport& plan) {
     parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a,
                          way.body_b, short_number(way.clearance_time));
   }
-  parts += fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
+  parts += way.attitude_kept ? "for a base that keeps its attitude exactly"
+                             : fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
   if (way.position_margin)
     parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
   if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of theirs", 100 * *way.rate_share);

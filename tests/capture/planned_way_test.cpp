@@ -427,6 +427,7 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   const CaptureResult r = flown(p);
   std::printf("[ measured ] %.7f m, %.7f m asked for, %.7f m without that; the base turns by %.3g rad\n", minimum_of(r),
               direct + 0.05, direct, largest_turn(r));
+  EXPECT_TRUE(r.plan->way->attitude_kept);
   EXPECT_LT(largest_turn(r), 1e-9);
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-5);
   EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
@@ -468,6 +469,7 @@ TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
   // Control that is too weak to keep it lets the base float, whose turn is planned.
   for (Vector3d* gains : {&p.approach->base_control->kp, &p.approach->base_control->kd}) *gains = {1e-3, 1e-3, 1e-3};
   const CaptureResult weak = flown(p);
+  EXPECT_FALSE(weak.plan->way->attitude_kept);
   EXPECT_NEAR(largest_turn(weak), weak.plan->way->base_turn, 5e-3);
   EXPECT_LT(largest_turn(weak), 0.1 + 5e-3);
   EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to keep the attitude")));

@@ -474,7 +474,9 @@ export interface PlannedWay {
   body_b: string;
   /** when they are so near [s] */
   clearance_time: number;
-  /** largest turn of the base from its initial attitude [rad] */
+  /** whether it is the way of a base that keeps its attitude exactly, as attitude control is taken to have it */
+  attitude_kept: boolean;
+  /** largest turn of the base from its initial attitude; where the attitude is kept, of the attitude that it is to have [rad] */
   base_turn: number;
   /** what wheels are to hold; empty: it was not looked at */
   wheels: WheelShare[];
@@ -488,7 +490,8 @@ export const kPlannedWay: FieldNote[] = [
   ["body_a","","they are this one"],
   ["body_b","","and this one"],
   ["clearance_time","s","when they are so near"],
-  ["base_turn","rad","largest turn of the base from its initial attitude"],
+  ["attitude_kept","","whether it is the way of a base that keeps its attitude exactly, as attitude control is taken to have it"],
+  ["base_turn","rad","largest turn of the base from its initial attitude; where the attitude is kept, of the attitude that it is to have"],
   ["wheels","","what wheels are to hold; empty: it was not looked at"],
 ];
 

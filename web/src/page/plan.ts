@@ -65,7 +65,7 @@ function way(plan: Partly<PlanReport>): HTMLElement[] {
     element("h3", {}, "On the way, joints following exactly"),
     pairs([
       ["minimum clearance", clearance === null ? "" : withUnit(clearance, "m") + bodies],
-      ["largest turn of the base", withUnit(num(way.base_turn), "rad")],
+      ["largest turn of the base", way.attitude_kept ? "planned for a base that keeps its attitude exactly" : withUnit(num(way.base_turn), "rad")],
       ["joints within their limits by", withUnit(num(way.position_margin), "rad or m")],
       ["largest rate", share(num(way.rate_share))],
       ["largest effort", share(num(way.effort_share))],
