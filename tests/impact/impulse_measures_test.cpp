@@ -309,7 +309,7 @@ TEST(ImpulseMeasures, HeldBaseIsAsOneThatIsFixed) {
 
 // P = -W^+ u in the metric of the targets, held rates jumping first: the coupled index is that of the solved impact.
 TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
-  Worst worst("coupled index"), with_held("with held rates");
+  Worst worst("coupled index"), with_held("with held rates"), planned("what plans evaluate");
   int deficient = 0;
   for (int i = 0; i < 150; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -335,6 +335,9 @@ TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
     EXPECT_LT(worst.note(std::abs(m.coupled_index / wanted - 1), i), 1e-10);  // measured 7e-13
     EXPECT_LE(m.coupled_index, m.largest_impulse * (1 + 1e-9));
     EXPECT_LE(m.smallest_impulse, m.largest_impulse);
+    const PlannedImpulse p = planned_impulse(c.model, c.state, c.grasps);
+    EXPECT_LT(planned.note(std::abs(p.mean_impulse / m.mean_impulse - 1), i), 1e-10);
+    EXPECT_LT(planned.note(std::abs(p.energy / m.energy - 1), i), 1e-10);
 
     // Two joints jump to other rates: first without grasps, then the grasps see what that left.
     std::vector<HeldRate> held = all_joints(c.model, c.state, root_of(c));
