@@ -195,7 +195,7 @@ TEST(LaneWheels, NeedAttitudeControl) {
   PhaseSetup setup = phases[0].setup;
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");
   setup.actuators.wheel_speed_rate = 0.1;
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own continuously");
   setup.attitude.reset();
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels turn without attitude control");
 }
