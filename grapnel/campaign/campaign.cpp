@@ -374,7 +374,15 @@ class LaneBlock {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
     const bool watched = together.front()->task->watch != nullptr;
-    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch(), control);
+    lanes::run_lanes(structure, source, sink, set_for(together.size()),
+                     watched ? lanes::LaneWatch(look) : lanes::LaneWatch(), control);
+  }
+
+  // Empty lanes cost as much as full ones, and AVX2 gives the same bits as AVX-512.
+  lanes::InstructionSet set_for(std::size_t cases) const {
+    constexpr std::size_t kLanesOfAvx2 = 4;
+    const bool is_too_wide = set_ == lanes::InstructionSet::avx512 && cases <= kLanesOfAvx2;
+    return is_too_wide ? lanes::InstructionSet::avx2 : set_;
   }
 
   const Campaign& campaign_;
