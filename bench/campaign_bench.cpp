@@ -119,7 +119,7 @@ void register_campaign() {
   // What ticks say, case by case: sensors with noise, and computed torque that takes the target for another one.
   // Planned once, since planning would take most of the time.
   register_disturbed("noisy-sensors", "sensors",
-                     {{"control", "{period: 0.2, delay: 0.02}"},
+                     {{"control", "{period: 0.1, delay: 0.01}"},
                       {"approach",
                        "{duration: 30, profile: quintic, plan: {objective: excursion}, tracking: {mode: "
                        "computed_torque, kp: 25, kd: 10}}"},
