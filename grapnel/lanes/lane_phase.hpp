@@ -62,7 +62,7 @@ struct LaneCase {
   std::vector<double> outside;  // as there
   std::vector<double> loops;    // as there
   std::vector<double> q, v;     // the start
-  // ControlTable::command_numbers() each: what acts at the start, and what is on its way. Empty where cases say it.
+  /// ControlTable::command_numbers() each: what acts at the start, and what is on its way. Empty where cases say it.
   std::vector<double> commands;
   std::shared_ptr<const LaneMotion> motion;
   /// The longest step, beside the structure's [s].

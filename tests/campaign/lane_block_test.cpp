@@ -179,8 +179,8 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
   for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
 }
 
-// Thrusters in pairs about every axis of a small base, without plumes.
-std::string twelve_thrusters() {
+// Thrusters in pairs about every axis of a small base. `more`: keys of each, with a comma before them.
+std::string twelve_thrusters(const std::string& more = "") {
   std::string all = "[";
   for (int axis = 0; axis < 3; ++axis) {
     for (const double side : {0.6, -0.6}) {
@@ -189,9 +189,9 @@ std::string twelve_thrusters() {
         p[axis] = side, d[(axis + 1) % 3] = sense;
         all += fmt::format(
             "{}{{name: t{}{}{}, position: [{}, {}, {}], direction: [{}, {}, {}], force: 1, specific_impulse: 220, "
-            "min_on_time: 20 ms, rise_time: 10 ms, fall_time: 5 ms}}",
+            "min_on_time: 20 ms, rise_time: 10 ms, fall_time: 5 ms{}}}",
             all.size() > 1 ? ", " : "", axis, side > 0 ? "a" : "b", sense > 0 ? "+" : "-", p[0], p[1], p[2], d[0], d[1],
-            d[2]);
+            d[2], more);
       }
     }
   }
@@ -483,6 +483,32 @@ TEST(SlowSettings, NameWhatTakesTime) {
             std::string::npos)
       << held;
   EXPECT_EQ(held.find("distances"), std::string::npos) << held;
+}
+
+// Whose plumes meet what is seen inside of steps, where lanes do not look.
+TEST(SlowSettings, NamePlumes) {
+  SKIP_UNDER_SANITIZERS();
+  const auto text = [](const std::string& more) {
+    const std::vector<Override> overrides{{"control", "{period: 0.5}"},
+                                          {"robot.thrusters", twelve_thrusters(more)},
+                                          {"approach.duration", "15"},
+                                          {"post_impact", "{duration: 1}"},
+                                          {"approach.base_control", "{kp: 1.5, kd: 20, actuators: thrusters}"}};
+    CaptureProblem base =
+        load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml"), overrides);
+    base.clearance.enabled = false;
+    Campaign campaign;
+    campaign.problem = [&base](std::uint64_t) { return StudyCase{base, inward_normals(base)}; };
+    std::string all;
+    for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
+    return all;
+  };
+  EXPECT_EQ(text("").find("case by case"), std::string::npos) << text("");
+  EXPECT_NE(
+      text(", plume: {half_angle: 20 deg, range: 5}")
+          .find("approach is integrated case by case instead of several at once: plumes, or gyros, are watched in "
+                "every step (plume of the robot's thrusters)"),
+      std::string::npos);
 }
 
 }  // namespace lane_block_test
