@@ -1,7 +1,7 @@
-// Whole captures in lanes, per case: captures on which something acts from outside, or in which loops are closed,
-// beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1, whose targets differ
-// in mass and inertia from case to case. The first case of each block is the thesis's own. The ledger's bounds of all
-// cases and the end-state error of the first are checked in every timed run.
+// Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, or whose
+// sensors are read, beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1,
+// whose targets differ in mass and inertia from case to case. The first case of each block is the thesis's own. The
+// ledger's bounds of all cases and the end-state error of the first are checked in every timed run.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -93,8 +93,9 @@ void disturbed(benchmark::State& state, const CaptureProblem& problem, std::opti
   }
 }
 
-void register_disturbed(const std::string& scenario, const std::string& name) {
-  const auto problem = std::make_shared<const CaptureProblem>(frozen_scenario(scenario));
+void register_disturbed(const std::string& scenario, const std::string& name,
+                        const std::vector<Override>& overrides = {}) {
+  const auto problem = std::make_shared<const CaptureProblem>(frozen_scenario(scenario, overrides));
   benchmark::RegisterBenchmark(("disturbed/" + name).c_str(),
                                [=](benchmark::State& state) { disturbed(state, *problem, std::nullopt); });
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
@@ -115,6 +116,16 @@ void register_campaign() {
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
   register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
   register_disturbed("thesis/closed-loop", "closed_loop");                   // both arms on one target, joints free
+  // What ticks say, case by case: sensors with noise, and computed torque that takes the target for another one.
+  // Planned once, since planning would take most of the time.
+  register_disturbed("noisy-sensors", "sensors",
+                     {{"control", "{period: 0.1, delay: 0.01}"},
+                      {"approach",
+                       "{duration: 30, profile: quintic, plan: {objective: excursion}, tracking: {mode: "
+                       "computed_torque, kp: 25, kd: 10}}"},
+                      {"post_impact",
+                       "{duration: 10, joints: computed_torque, kp: 0.09, kd: 0.6, base_control: {kp: 0, kd: 4000, "
+                       "limit: 60}, assumed: {mass: 3000, com: [0, 0, 0], inertia: [9000, 4000, 11000]}}"}});
 }
 
 }  // namespace grapnel::bench

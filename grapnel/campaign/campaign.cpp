@@ -102,6 +102,8 @@ struct Flight {
   std::unique_ptr<CaptureSteps> steps;  // null: the row is complete
   const MotionTask* task = nullptr;     // to be done next, in lanes
   std::optional<lanes::LaneStructure> structure;
+  // Under way in lanes that ask it what acts (lanes::take_turn); null: they do not.
+  std::unique_ptr<PhaseDynamics> dynamics;
   std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
 
   bool has_same_structure(const Flight& other) const {
@@ -129,6 +131,27 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
     flight.trouble = std::current_exception();
   }
   flight.clock.pause();
+}
+
+// Time that is a case's own.
+class OnClock {
+ public:
+  explicit OnClock(CaseClock& clock) : clock_(clock) { clock_.resume(); }
+  ~OnClock() { clock_.pause(); }
+  OnClock(const OnClock&) = delete;
+  OnClock& operator=(const OnClock&) = delete;
+
+ private:
+  CaseClock& clock_;
+};
+
+// Why a controller cannot go on. Throws anything else that has been thrown.
+std::string message_of(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const ControllerError& error) {
+    return error.what();
+  }
 }
 
 Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -247,11 +270,19 @@ class LaneBlock {
         const MotionTask& task = *flight.task;
         if (lanes::lane_obstacle(*task.model, *task.setup, integration, task.begin, task.end).empty()) {
           flight.structure = lanes::lane_structure(*flight.task->model, *flight.task->setup, integration);
+          // A step or more per tick, of all cases alike: no case keeps others waiting.
+          if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
           return;
         }
       }
     }
     take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
+  }
+
+  // Alone, from the beginning: what a piece of motion has asked its controller and sensors cannot be taken back.
+  void start_anew(Flight& flight) {
+    flight.steps.reset();
+    take(flight, run_case(*flight.point, campaign_.mode, campaign_.columns, flight.clock.watch()));
   }
 
   void take(Flight& flight, CaseRow row) {
@@ -263,6 +294,7 @@ class LaneBlock {
   static void close(Flight& flight) {
     flight.task = nullptr;
     flight.structure.reset();
+    flight.dynamics.reset();
     flight.steps.reset();
     flight.point.reset();
   }
@@ -298,6 +330,7 @@ class LaneBlock {
           lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
           lanes::lane_case(structure, *task.model, *task.setup, task.start,
                            lanes::lane_motion(structure, *task.model, *task.setup, task.begin, task.end), lane);
+          if (structure.control.by_case) flight.dynamics = std::make_unique<PhaseDynamics>(*task.model, *task.setup);
           ready = true;
         });
         if (ready) return true;
@@ -306,22 +339,34 @@ class LaneBlock {
     };
     const auto sink = [&](const lanes::LaneCase& lane, const lanes::LaneOutcome& outcome) {
       Flight& flight = *together[outcome.id];
+      const std::unique_ptr<PhaseDynamics> dynamics = std::move(flight.dynamics);
       attempt(flight, [&] {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
+        PhaseOutcome result = outcome_of(structure, outcome);
+        if (outcome.error) result.failure = message_of(outcome.error);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
         // Alone it says what runs away, or why loops cannot be kept closed, and changes modes at a wheel's largest
         // rate.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
                                outcome.status == lanes::LaneStatus::at_largest_rate ||
-                               (!outcome.finished() && !structure.loops.empty());
-        if (!too_long && !for_alone) {
-          const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
-          if (clock && outcome.finished()) lanes::end_control(*lane.motion, outcome, *clock);
-          flight.steps->integrated(outcome_of(structure, outcome), measures_of(outcome));
+                               (!outcome.finished() && !outcome.error && !structure.loops.empty());
+        if (too_long || for_alone) return dynamics ? start_anew(flight) : go_on(flight);
+        const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
+        if (dynamics) {
+          dynamics->end_control(outcome.time);
+        } else if (clock && outcome.finished()) {
+          lanes::end_control(*lane.motion, outcome, *clock);
         }
+        flight.steps->integrated(std::move(result), measures_of(outcome));
         go_on(flight);
       });
+    };
+    const auto control = [&](const lanes::LaneTurn& turn, std::span<double> command) {
+      Flight& flight = *together[turn.id];
+      const OnClock on_clock(flight.clock);
+      flight.clock.check();
+      return lanes::take_turn(structure, *flight.dynamics, turn, command);
     };
     State state;
     std::vector<double> motor;
@@ -329,7 +374,15 @@ class LaneBlock {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
     const bool watched = together.front()->task->watch != nullptr;
-    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch());
+    lanes::run_lanes(structure, source, sink, set_for(together.size()),
+                     watched ? lanes::LaneWatch(look) : lanes::LaneWatch(), control);
+  }
+
+  // Empty lanes cost as much as full ones, and AVX2 gives the same bits as AVX-512.
+  lanes::InstructionSet set_for(std::size_t cases) const {
+    constexpr std::size_t kLanesOfAvx2 = 4;
+    const bool is_too_wide = set_ == lanes::InstructionSet::avx512 && cases <= kLanesOfAvx2;
+    return is_too_wide ? lanes::InstructionSet::avx2 : set_;
   }
 
   const Campaign& campaign_;

@@ -210,8 +210,11 @@ std::string names_of(const std::vector<T>& heads) {
 }  // namespace
 
 std::uint64_t block_size_for(std::uint64_t total) {
-  constexpr std::uint64_t kLeastBlocks = 256, kLargest = 500;
-  return std::clamp<std::uint64_t>(total / kLeastBlocks, 1, kLargest);
+  // Cases of a block share lanes, of which there are up to eight: small campaigns fill them as long as there are blocks
+  // enough for all processors.
+  constexpr std::uint64_t kLeastBlocks = 256, kLargest = 500, kFewestBlocks = 64, kLanes = 8;
+  const std::uint64_t full = std::min(kLanes, total / kFewestBlocks);
+  return std::clamp<std::uint64_t>(std::max(full, total / kLeastBlocks), 1, kLargest);
 }
 
 std::string arithmetic_here() {

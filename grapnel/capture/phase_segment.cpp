@@ -59,6 +59,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup, bool stops_on_arrival) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
+  if (run.monitor.looks_into_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
   if (!run.bodies.system.closures.empty()) {
     if (setup.closures.empty()) return "loops are cut";

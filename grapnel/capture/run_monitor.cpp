@@ -92,7 +92,7 @@ void RunMonitor::restart_watch() {
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!seeks_loads() && !thrusters_.looks() && !gyros_.looks()) return {};
+  if (!looks_into_steps()) return {};
   return [this](const PhaseStep& step) {
     if (seeks_loads()) loads_.step(step);
     if (thrusters_.looks()) thrusters_.step(step);

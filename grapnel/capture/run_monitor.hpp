@@ -43,6 +43,8 @@ class RunMonitor {
   bool watches_closely() const { return watches_.watching(); }
   /// Whether loads are looked for in every step of a phase.
   bool seeks_loads() const { return detail_ != CaptureDetail::columns; }
+  /// Whether something looks into every step of the phase: for loads, plumes, or how gyros are steered.
+  bool looks_into_steps() const { return seeks_loads() || thrusters_.looks() || gyros_.looks(); }
   /// Whether the phase needs samples; else looks between steps are enough.
   bool needs_samples() const;
 

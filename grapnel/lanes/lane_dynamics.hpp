@@ -127,9 +127,13 @@ class LaneCommands {
         said_(numbers_),
         queue_(most_ * numbers_) {}
 
+  /// From now on a lane has this command.
+  void hold(int lane, const double* command) {
+    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, command[i]);
+  }
   /// A case's commands into a lane: what acts, then so many on their way.
   void load(int lane, const double* commands, int on_their_way) {
-    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, commands[i]);
+    hold(lane, commands);
     for (int i = 0; i < on_their_way * numbers_; ++i) queue_[i].set(lane, commands[numbers_ + i]);
     first_[lane] = 0, waiting_[lane] = on_their_way;
   }
@@ -141,6 +145,7 @@ class LaneCommands {
   /// A command's numbers: what laws say now, in all lanes, and what acts.
   S& said(int number) { return said_[number]; }
   const S& held(int number) const { return held_[number]; }
+  const S* held_from(int number) const { return held_.data() + number; }
 
   /// What an interval's beginning does in a lane; what laws say there has been said.
   void enter(int lane, const LaneInterval& interval) {
@@ -249,6 +254,9 @@ class LaneDynamics {
   void solve(const S* y, const LaneArray<S, std::uint8_t>& prescribed);
   void command(const S* y);
   void drive(const S& t, S* y);
+  const S* thrust() const {
+    return tables_.control.has_thrusters ? commands_.held_from(tables_.control.channels + 3) : nullptr;
+  }
   // Else what sampled control holds acts.
   bool laws_speak() const { return !tables_.control.is_sampled || is_sampling_; }
 
@@ -499,6 +507,10 @@ void LaneDynamics<S>::actuate(const S* y) {
       friction_[i] = friction_[i] - drive.damping * rate;
     }
     motor_[i] = S(0.0);
+    if (tables_.control.by_case) {  // wheels too, and within limits
+      if (link.channel >= 0) motor_[i] = commands_.held(link.channel);
+      continue;
+    }
     if (!works_by_effort(link.output)) continue;
     if (!laws_speak()) {
       if (link.channel >= 0) motor_[i] = control_law::within_limit(commands_.held(link.channel), drive.effort);
@@ -569,9 +581,9 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
       for (int k = 0; k < 3; ++k) outside_.attitude_torque()[k] = commands_.held(tables_.control.channels + k);
     }
   }
-  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y));
+  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), thrust(), coordinates(y), velocities(y));
   actuate(y);
-  if (wheels_.any()) wheels_.give(outside_.attitude_torque(), motor_.data());
+  if (wheels_.any() && !tables_.control.by_case) wheels_.give(outside_.attitude_torque(), motor_.data());
   if (any_computed_ && laws_speak()) command(y);
 }
 

@@ -50,8 +50,10 @@ class LaneOutside {
   /// Attitude control speaks in a state; attitude_torque() is what it says.
   void steer(std::span<const S> q, std::span<const S> v) { attitude_torque_ = law_torque(q, v); }
   /// Places the links of a state and finds what acts on them at time t, attitude_torque() as it is among it. `pieces`:
-  /// the interval's block.
-  void act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v);
+  /// the interval's block. `thrust`: of thrusters, the wrench's line in time (kLoadLine...), in the base's axes about
+  /// its origin; not read without any.
+  void act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,
+           std::span<const S> v);
   /// Of attitude control, in the base's axes [N m].
   Vector3<S>& attitude_torque() { return attitude_torque_; }
   // What follows is of the state in which act() was called last.
@@ -71,6 +73,7 @@ class LaneOutside {
   OrbitConstants<S> orbit() const;
   BasicOrbitPoint<S> orbit_at(const S& t) const;
   void act_on_orbit(const Tree<S>& tree, const BasicOrbitPoint<S>& at);
+  Wrench<S> on_line(const S* line, const S& t) const;
   Wrench<S> profile(const LoadTable& load, const S* n, const S* piece, const S& t, S& factor) const;
   void act_by(const LoadTable& load, const S* n, const S* piece, const S& t, const BasicOrbitPoint<S>& at);
   Vector3<S> stream_force(const LoadTable& load, const S* n, const Vector3<S>& direction,
@@ -114,7 +117,7 @@ LaneOutside<S>::LaneOutside(const PhaseTables& tables, const LaneFreeBodies<S>& 
     if (tables.outside.has_orbit) mark(i);
   }
   for (int k = 0; k < tables.outside.load_count; ++k) mark(tables.loads[k].link);
-  if (tables.outside.has_outer_torque()) mark(tables.outside.attitude_link);
+  if (tables.outside.has_outer_torque || tables.outside.has_thrusters) mark(tables.outside.attitude_link);
 }
 
 template <class S>
@@ -174,14 +177,18 @@ void LaneOutside<S>::act_on_orbit(const Tree<S>& tree, const BasicOrbitPoint<S>&
 
 // --- Loads -----------------------------------------------------------------------------------------------------------
 
+// What changes linearly with time.
+template <class S>
+GRAPNEL_INLINE Wrench<S> LaneOutside<S>::on_line(const S* line, const S& t) const {
+  const S since = t - line[kLoadLineStart];
+  const auto now = [&](int k) -> S { return line[kLoadLineWrench + k] + since * line[kLoadLineRate + k]; };
+  return {{now(0), now(1), now(2)}, {now(3), now(4), now(5)}};
+}
+
 // A load's wrench in its own components, see wrench_at(); `factor`: see factor_at().
 template <class S>
 Wrench<S> LaneOutside<S>::profile(const LoadTable& load, const S* n, const S* piece, const S& t, S& factor) const {
-  if (load.kind == LoadTable::Kind::line) {
-    const S since = t - piece[kLoadLineStart];
-    const auto now = [&](int k) -> S { return piece[kLoadLineWrench + k] + since * piece[kLoadLineRate + k]; };
-    return {{now(0), now(1), now(2)}, {now(3), now(4), now(5)}};
-  }
+  if (load.kind == LoadTable::Kind::line) return on_line(piece, t);
   factor = piece[kLoadActs];
   if (load.kind == LoadTable::Kind::sine) {
     const S angle = piece[kLoadFrequency] * S(t - piece[kLoadStart]) + piece[kLoadPhase];
@@ -236,7 +243,8 @@ Vector3<S> LaneOutside<S>::law_torque(std::span<const S> q, std::span<const S> v
 // --- All of it -------------------------------------------------------------------------------------------------------
 
 template <class S>
-void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v) {
+void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,
+                         std::span<const S> v) {
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
   for (int i = 0; i < tables_.link_count; ++i) wrench_[i] = Wrench<S>::zero();
   BasicOrbitPoint<S> at;
@@ -248,7 +256,11 @@ void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::
     const LoadTable& load = tables_.loads[k];
     act_by(load, numbers_.data() + kLoads + k * kLoadNumbers, pieces + load.piece, t, at);
   }
-  if (tables_.outside.has_outer_torque()) {
+  if (tables_.outside.has_thrusters) {
+    const Rotation<S>& R_WL = motion_[tables_.outside.attitude_link].X_WL.R;
+    wrench_[tables_.outside.attitude_link] += R_WL * on_line(thrust, t);
+  }
+  if (tables_.outside.has_outer_torque) {
     const int base = tables_.outside.attitude_link;
     wrench_[base].angular += motion_[base].X_WL.R * attitude_torque_;
   }

@@ -44,9 +44,12 @@ OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
   table.has_gravity = dot(setup.gravity, setup.gravity) > 0;
   table.has_orbit = setup.orbit.has_value();
   table.is_circular = setup.orbit && setup.orbit->eccentricity == 0;
-  table.attitude_link = setup.attitude ? placement_of(model, setup.attitude->root).link : -1;
+  const int root = setup.attitude ? setup.attitude->root : setup.commanded_root;
+  table.attitude_link = root >= 0 ? placement_of(model, root).link : -1;
   table.load_count = static_cast<int>(setup.loads.size());
   table.wheel_count = static_cast<int>(setup.wheels.size());
+  table.has_thrusters = setup.actuators.thrusters != nullptr;
+  table.has_outer_torque = root >= 0 && setup.wheels.empty() && !table.has_thrusters && !setup.actuators.one_by_one;
   return table;
 }
 
@@ -149,6 +152,19 @@ void write_loads(const LaneStructure& structure, const Model& model, const Phase
       write_factor(load.profile, inside, out);
     }
   }
+}
+
+void write_thrust(const Model& model, const BaseActuation& base, double begin, double end, double* line) {
+  const Posed& X_LB = placement_of(model, base.root()).X_LB;
+  const auto on_link = [&](double t) -> Wrenchd {
+    const Wrenchd F = base.thrust_at(t);
+    const Vector3d force = X_LB.R * F.linear;
+    return {X_LB.R * F.angular + cross(X_LB.p, force), force};
+  };
+  const Wrenchd first = on_link(begin);
+  line[kLoadLineStart] = begin;
+  put(first, line + kLoadLineWrench);
+  put(end > begin ? (1 / (end - begin)) * (on_link(end) - first) : Wrenchd::zero(), line + kLoadLineRate);
 }
 
 std::vector<double> outside_numbers(const LaneStructure& structure, const Model& model, const PhaseSetup& setup) {

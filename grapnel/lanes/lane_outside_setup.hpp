@@ -23,6 +23,10 @@ std::string outside_difference(const LaneStructure& structure, const Model& mode
 void write_loads(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, double inside,
                  double* block);
 
+/// Writes the thrusters' wrench from `begin` to `end` >= begin, between which no valve has an edge, as a command has it
+/// (ControlTable).
+void write_thrust(const Model& model, const BaseActuation& base, double begin, double end, double* line);
+
 /// LaneCase::outside of a setup of that structure.
 std::vector<double> outside_numbers(const LaneStructure& structure, const Model& model, const PhaseSetup& setup);
 

@@ -19,8 +19,8 @@ constexpr int kWidest = 8;
 class Exchange {
  public:
   Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
-           const LaneWatch& watch)
-      : structure_(structure), tables_(tables), source_(source), sink_(sink), watch_(watch) {
+           const LaneWatch& watch, const LaneControl& control)
+      : structure_(structure), tables_(tables), source_(source), sink_(sink), watch_(watch), control_(control) {
     outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
@@ -37,9 +37,10 @@ class Exchange {
     record.v = next.v.data();
     record.intervals = next.motion->intervals.data();
     record.blocks = next.motion->blocks.data();
-    record.commands = next.commands.data();
+    errors_[lane] = nullptr;
+    record.commands = next.commands.empty() ? nullptr : next.commands.data();
     const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
-    record.on_their_way = numbers == 0 ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
+    record.on_their_way = next.commands.empty() ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
     record.noise = next.noise.data();
     record.outside = next.outside.data();
     record.loops = next.loops.data();
@@ -60,7 +61,10 @@ class Exchange {
     o.quaternion_defect = r.quaternion_defect;
     o.loops = r.loops;
     o.trees.assign(r.trees, r.trees + tables_.tree_count);
-    o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
+    o.commands.clear();
+    if (!structure_.control.by_case)
+      o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
+    o.error = errors_[lane];
     sink_(cases_[lane], o);
   }
 
@@ -71,6 +75,21 @@ class Exchange {
     view_.v.assign(l.v, l.v + structure_.velocities);
     view_.motor.assign(l.motor, l.motor + structure_.links.size());
     watch_(view_);
+  }
+
+  double turn(int lane, const CaseTurn& t, double* command) {
+    turn_.id = cases_[lane].id;
+    turn_.is_first = t.is_first;
+    turn_.time = t.time, turn_.end = t.end, turn_.phase_end = t.phase_end;
+    turn_.q.assign(t.q, t.q + structure_.coordinates);
+    turn_.v.assign(t.v, t.v + structure_.velocities);
+    turn_.integrals.assign(t.integrals, t.integrals + tables_.integral_count);
+    try {
+      return control_(turn_, {command, static_cast<std::size_t>(structure_.control.command_numbers())});
+    } catch (...) {
+      errors_[lane] = std::current_exception();
+    }
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
  private:
@@ -102,7 +121,7 @@ class Exchange {
   // Never more on their way than there is room for, and as many as act.
   bool commands_fit(const LaneCase& c) const {
     const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
-    if (numbers == 0) {
+    if (numbers == 0 || structure_.control.by_case) {
       const auto acts = [](const LaneInterval& i) { return i.due != 0 || i.samples; };
       return c.commands.empty() && std::none_of(c.motion->intervals.begin(), c.motion->intervals.end(), acts);
     }
@@ -123,10 +142,13 @@ class Exchange {
   const LaneSource& source_;
   const LaneSink& sink_;
   const LaneWatch& watch_;
+  const LaneControl& control_;
   LaneCase cases_[kWidest];  // per lane
   LaneOutcome outcome_;
   std::vector<double> numbers_;  // of the integrals
   LaneView view_;
+  LaneTurn turn_;
+  std::exception_ptr errors_[kWidest];  // that broke off the lane's case
 };
 
 // Which links hang together.
@@ -212,6 +234,8 @@ std::string explanation(const LaneOutcome& outcome) {
     case LaneStatus::unstable_control:
       return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s",
                          outcome.time, kRunaway);
+    case LaneStatus::broken_off:
+      return fmt::format("at t = {:.9g} s it was broken off by what its control threw", outcome.time);
     case LaneStatus::at_largest_rate:
       return fmt::format("at t = {:.9g} s a reaction wheel comes near its largest rate, which lanes do not follow",
                          outcome.time);
@@ -227,13 +251,15 @@ std::string explanation(const LaneOutcome& outcome) {
 }
 
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch) {
+               const LaneWatch& watch, const LaneControl& control) {
   if (!is_supported(set)) {
     throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " does not run here");
   }
+  if (structure.control.by_case && !control)
+    throw std::invalid_argument("run_lanes: cases are to say what acts, and nobody is there to be asked");
   const Trees trees(structure.links);
   const PhaseTables tables = tables_of(structure, trees);
-  Exchange exchange(structure, tables, source, sink, watch);
+  Exchange exchange(structure, tables, source, sink, watch, control);
   CaseExchange calls{};
   calls.context = &exchange;
   calls.next = [](void* context, int lane, CaseRecord& record) {
@@ -247,6 +273,9 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
       static_cast<Exchange*>(context)->look(lane, look);
     };
   }
+  calls.turn = [](void* context, int lane, const CaseTurn& turn, double* command) {
+    return static_cast<Exchange*>(context)->turn(lane, turn, command);
+  };
   unit_of(set)(tables, calls);
 }
 

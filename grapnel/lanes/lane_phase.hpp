@@ -10,9 +10,11 @@
 /// memory, which does not grow with the number of cases.
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,7 @@ struct LaneStructure {
   std::vector<int> quaternions;  // offsets among the coordinates
   int piece_numbers = 0;         // of all driven links' pieces and all loads: a block
   int noise_numbers = 0;
-  OutsideTable outside{false, false, false, -1, 0, 0};
+  OutsideTable outside{false, false, false, -1, 0, 0, false, false};
   std::vector<LoadTable> loads;
   int outside_numbers() const {
     if (!outside.has_numbers()) return 0;
@@ -39,7 +41,7 @@ struct LaneStructure {
   }
   std::vector<LoopTable> loops;
   bool recover_roots = true;
-  ControlTable control{false, 0, 0};
+  ControlTable control{false, 0, 0, false, false};
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
   bool operator==(const LaneStructure&) const = default;
 };
@@ -57,10 +59,11 @@ struct LaneCase {
   std::uint64_t id = 0;       // handed on to the outcome
   std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
   std::vector<double> noise;
-  std::vector<double> outside;   // as there
-  std::vector<double> loops;     // as there
-  std::vector<double> q, v;      // the start
-  std::vector<double> commands;  // ControlTable::command_numbers() each: what acts at the start, and what is on its way
+  std::vector<double> outside;  // as there
+  std::vector<double> loops;    // as there
+  std::vector<double> q, v;     // the start
+  /// ControlTable::command_numbers() each: what acts at the start, and what is on its way. Empty where cases say it.
+  std::vector<double> commands;
   std::shared_ptr<const LaneMotion> motion;
   /// The longest step, beside the structure's [s].
   double max_step = std::numeric_limits<double>::infinity();
@@ -72,6 +75,17 @@ struct LaneView {
   double time = 0;  // [s]
   std::vector<double> q, v;
   std::vector<double> motor;  // effort per link of the tree [N m or N]; zero where no joint is driven
+};
+
+/// A case where an interval of it begins, or goes on after an edge inside it (ControlTable::by_case).
+struct LaneTurn {
+  std::uint64_t id = 0;
+  bool is_first = false;  // of the case
+  double time = 0;        // [s]
+  double end = 0;         // of the interval [s]
+  double phase_end = 0;   // of the case's motion [s]
+  std::vector<double> q, v;
+  std::vector<double> integrals;  // in the order of phase_integral: works of motors and friction, or all
 };
 
 /// What became of a case. On failure q, v and the rest are those of the last accepted step.
@@ -86,6 +100,7 @@ struct LaneOutcome {
   std::vector<LaneTreeRecord> trees;  // in the order of their roots
   LaneLoopRecord loops{};
   std::vector<double> commands;  // as in a case, as they are at the end
+  std::exception_ptr error;      // broken_off: what the case's turn threw
 
   bool finished() const { return status == LaneStatus::finished; }
 };
@@ -99,11 +114,17 @@ using LaneSink = std::function<void(const LaneCase&, const LaneOutcome&)>;
 /// Looks at cases while they move, a case's times in their order: at breaks of trajectories as what follows has it.
 using LaneWatch = std::function<void(const LaneView&)>;
 
+/// Says what acts in a case from now on, a case's turns in their order: fills in a command, of
+/// ControlTable::command_numbers(). Until when: the interval's end, or an edge before. What it throws breaks the case
+/// off, and no other.
+using LaneControl = std::function<double(const LaneTurn&, std::span<double> command)>;
+
 /// Integrates all cases from `source`, each from its motion's start to its end, shows every state on the way to
 /// `watch`, if there is one, and hands what became of them to `sink`. What any of them throws passes through.
 /// @throws std::invalid_argument if a case's sizes do not fit the structure, its end lies before its start, its longest
-/// step is not positive, the structure's tolerances are unusable, or the set is not supported here.
+/// step is not positive, the structure's tolerances are unusable, cases are to say what acts and there is no `control`,
+/// or the set is not supported here.
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch = {});
+               const LaneWatch& watch = {}, const LaneControl& control = {});
 
 }  // namespace grapnel::lanes

@@ -46,6 +46,40 @@ std::vector<int> channels_of(const Model& model, const PhaseSetup& setup) {
   return channels;
 }
 
+// Whether what acts under a clock is said by each case's own dynamics (take_turn), as lanes have no text of it: sensors
+// that misread, laws that take the model for another one, controllers, and actuators of the base beside one torque.
+bool is_said_by_case(const PhaseSetup& setup) {
+  if (!setup.clock) return false;
+  const BaseActuators& actuators = setup.actuators;
+  return setup.sensors || setup.law_model || setup.controller || actuators.thrusters || actuators.feedforward ||
+         actuators.wheel_speed_rate != 0 || actuators.one_by_one;
+}
+
+LinkTable& table_of_joint(const Model& model, std::size_t joint, std::vector<LinkTable>& tables) {
+  const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[joint])];
+  return tables[static_cast<std::size_t>(body.placement.link)];
+}
+
+// The places of joints' efforts among those of a command.
+void assign_channels(const Model& model, const PhaseSetup& setup, std::vector<LinkTable>& tables) {
+  if (!setup.clock) return;
+  if (!is_said_by_case(setup)) {
+    const std::vector<int> channels = channels_of(model, setup);
+    for (std::size_t c = 0; c < channels.size(); ++c)
+      table_of_joint(model, static_cast<std::size_t>(channels[c]), tables).channel = static_cast<int>(c);
+    return;
+  }
+  int next = 0;
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    LinkTable& t = table_of_joint(model, j, tables);
+    if (t.wheel < 0 && !works_by_effort(t.output)) continue;
+    // The command has its effort, and nothing else of its law is read.
+    t.output = ControlOutput::none, t.reads_acceleration = t.is_cycloidal = false;
+    t.series = 0, t.tones = -1;
+    t.channel = next++;
+  }
+}
+
 // The fields of a link's entry that a model and its setup determine; offsets of pieces and tones come later.
 std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) {
   std::vector<LinkTable> tables;
@@ -79,13 +113,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
     tables[static_cast<std::size_t>(body.placement.link)].wheel = static_cast<int>(w);
   }
-  if (!setup.clock) return tables;
-  const std::vector<int> channels = channels_of(model, setup);
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const int joint = model.joints()[static_cast<std::size_t>(channels[c])];
-    const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
-    tables[static_cast<std::size_t>(body.placement.link)].channel = static_cast<int>(c);
-  }
+  assign_channels(model, setup, tables);
   return tables;
 }
 
@@ -100,13 +128,17 @@ std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
   return times;
 }
 
-ControlTable control_table(const PhaseSetup& setup) {
-  if (!setup.clock) return {false, 0, 0};
+ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>& links) {
+  if (!setup.clock) return {false, 0, 0, false, false};
+  if (is_said_by_case(setup)) {
+    const auto channels = std::count_if(links.begin(), links.end(), [](const LinkTable& l) { return l.channel >= 0; });
+    return {true, static_cast<int>(channels), 0, true, setup.actuators.thrusters != nullptr};
+  }
   const ControlTiming& timing = setup.clock->timing();
   // What is on its way at a tick, that tick's among it, and one more for what rounding does to times.
   const int most = static_cast<int>(std::ceil(timing.delay / timing.period)) + 2;
   return {true, static_cast<int>(setup.clock->channels()),
-          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1)};
+          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1), false, false};
 }
 
 std::vector<double> command_numbers(const ControlClock::Command& command) {
@@ -203,16 +235,19 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
-  if (sensors) return "sensors are read";
-  if (law_model) return "laws work with a model of their own";
-  if (controller) return "a controller of its own is asked";
+  // Under a clock each case says itself what its laws and actuators do.
+  const bool is_sampled = clock != nullptr;
+  if (sensors && !is_sampled) return "sensors are read without a clock";
+  if (law_model && !is_sampled) return "laws work continuously with a model of their own";
+  if (controller && !is_sampled) return "a controller of its own is asked continuously";
   [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds, steering,
                                 one_by_one] = actuators;
-  if (thrusters) return "thrusters push the base";
-  if (feedforward) return "the base's torque follows the arms";
-  if (!wheels.empty() && !attitude) return "reaction wheels turn without attitude control";
-  if (!wheels.empty() && wheel_speed_rate != 0) return "reaction wheels keep speeds of their own";
-  if (!gyros.empty() || steering || one_by_one) return "motors of control moment gyros work";
+  if (thrusters && !is_sampled) return "thrusters switch by the state";
+  if (feedforward && !is_sampled) return "the base's torque follows the arms continuously";
+  if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels turn without attitude control";
+  if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled)
+    return "reaction wheels keep speeds of their own continuously";
+  if (!gyros.empty() || steering) return "motors of control moment gyros work";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";
   // Works are integrated of one tree.
@@ -266,7 +301,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   s.velocities = model.velocities();
   s.quaternions = model.quaternions();
   s.recover_roots = setup.recover_roots;
-  s.control = control_table(setup);
+  s.control = control_table(setup, s.links);
   s.integration = integration;
   for (LinkTable& link : s.links) {
     if (link.output == ControlOutput::none) continue;
@@ -290,9 +325,9 @@ void write_block(const LaneStructure& structure, const Model& model, const Phase
   write_loads(structure, model, setup, inside, out);
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const JointDrive& drive = drive_of(setup, j);
-    if (output_of(drive.control) == ControlOutput::none) continue;
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
     const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
+    if (table.output == ControlOutput::none && table.control == drive.control) continue;
     if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
       throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
     }
@@ -323,7 +358,8 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
   motion->end_time = t1;
   const double same = break_resolution(t0, t1);
   std::optional<ControlClock> clock;
-  if (setup.clock) clock = *setup.clock;  // a copy: the run's own goes on when the lane has come to its end
+  if (setup.clock && !structure.control.by_case)
+    clock = *setup.clock;  // a copy: the run's own goes on when the lane has come to its end
   std::vector<double> ends = phase_breaks(setup, t0, t1);
   ends.push_back(t1);
   const std::vector<double> smooth = block_ends(setup, t0, t1);
@@ -345,6 +381,31 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
     begin = end;
   }
   return motion;
+}
+
+double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const LaneTurn& turn,
+                 std::span<double> command) {
+  const Model& model = dynamics.model();
+  std::vector<double> y;
+  if (turn.is_first) {
+    y = dynamics.initial({turn.q, turn.v}, turn.time);
+    dynamics.begin_control(turn.time, turn.phase_end);
+  } else {
+    y.assign(static_cast<std::size_t>(dynamics.size()), 0.0);
+    const auto integrals = std::copy(turn.v.begin(), turn.v.end(), std::copy(turn.q.begin(), turn.q.end(), y.begin()));
+    std::copy(turn.integrals.begin(), turn.integrals.end(), integrals);
+  }
+  const double until = dynamics.begin_smooth_piece(turn.time, turn.end, y);
+  const PhaseDynamics::HeldDrive held = dynamics.held_drive();
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const int channel = structure.links[static_cast<std::size_t>(body.placement.link)].channel;
+    if (channel >= 0) command[static_cast<std::size_t>(channel)] = held.motor[j];
+  }
+  double* rest = command.data() + structure.control.channels;
+  std::copy(held.outer_torque.e, held.outer_torque.e + 3, rest);
+  if (structure.control.has_thrusters) write_thrust(model, dynamics.base(), turn.time, until, rest + 3);
+  return until;
 }
 
 void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock) {
@@ -371,7 +432,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   const std::vector<LinkTable> own = link_tables(model, setup);
   bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
   for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
-  if (!same || control_table(setup) != structure.control)
+  if (!same || control_table(setup, own) != structure.control)
     throw std::invalid_argument("lane_case: the model or what drives it has another structure");
   if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
     throw std::invalid_argument("lane_case: " + difference);
@@ -393,8 +454,9 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
       out[kLinkRest] = joint.spring->rest;
     }
     const std::vector<NoiseSignal::Tone>& tones = drive.noise.tones();
-    if (output_of(drive.control) == ControlOutput::none || tones.empty()) continue;
-    double* noise = result.noise.data() + structure.links[static_cast<std::size_t>(body.placement.link)].tones;
+    const LinkTable& table = structure.links[static_cast<std::size_t>(body.placement.link)];
+    if (table.output == ControlOutput::none || tones.empty()) continue;
+    double* noise = result.noise.data() + table.tones;
     noise[0] = drive.noise.amplitude();
     for (int k = 0; k < kTones; ++k) {
       noise[1 + 2 * k] = tones[static_cast<std::size_t>(k)].angular_frequency;
@@ -408,7 +470,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   result.q = state.q;
   result.v = state.v;
   result.commands.clear();
-  if (setup.clock) {
+  if (setup.clock && !structure.control.by_case) {
     for (const ControlClock::Command& command : setup.clock->commands()) {
       const std::vector<double> numbers = command_numbers(command);
       result.commands.insert(result.commands.end(), numbers.begin(), numbers.end());

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "grapnel/dynamics/state.hpp"
@@ -15,8 +16,8 @@
 namespace grapnel::lanes {
 
 /// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field, attitude
-/// control, from outside or by reaction wheels below their largest rates, sampled control, and loops of a tree that are
-/// kept closed by projection, but no fixed or held roots and no method but adaptive_8.
+/// control, from outside or by reaction wheels below their largest rates, sampled control of any kind, thrusters under
+/// it, and loops of a tree that are kept closed by projection, but no fixed or held roots and no method but adaptive_8.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
 /// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from
@@ -43,7 +44,16 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
 void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
                std::shared_ptr<const LaneMotion> motion, LaneCase& result);
 
-/// Sets a clock, which is as it was when the motion was made of it, to where a finished case has left it.
+/// LaneControl of a case of that structure, under ControlTable::by_case: its own scalar dynamics, made of its model and
+/// setup, read sensors, ask laws and controllers, and switch valves as simulate_phase() has them do, and what they hold
+/// is what acts. The setup's clock, sensors, controller and thrusters are at the end where they would be after
+/// simulate_phase(), once PhaseDynamics::end_control() has been called with the time reached.
+/// @throws ControllerError, and what sensors and controllers throw.
+double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const LaneTurn& turn,
+                 std::span<double> command);
+
+/// Sets a clock, which is as it was when the motion was made of it, to where a finished case has left it whose laws
+/// spoke in lanes.
 void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock);
 
 }  // namespace grapnel::lanes

@@ -36,7 +36,7 @@ struct LinkTable {
   int piece;    // where its part of an interval's block begins; -1: not driven
   int series;   // coefficients in it
   int tones;    // where its part of the noise block begins; -1: silent
-  int channel;  // of sampled control; -1: none
+  int channel;  // among the efforts of a command of sampled control; -1: none
   int wheel;    // among the wheels that give the base's torque; -1: none
   bool operator==(const LinkTable&) const = default;
 };
@@ -91,12 +91,15 @@ struct OutsideTable {
   bool has_gravity;
   bool has_orbit;
   bool is_circular;   // the orbit, in all cases
-  int attitude_link;  // free root under attitude control; -1: none
+  int attitude_link;  // free root under attitude control, or a controller's; -1: none
   int load_count;
-  int wheel_count;  // that give attitude control's torque; none: it acts from outside
+  int wheel_count;        // that give its torque
+  bool has_outer_torque;  // it acts from outside
+  bool has_thrusters;     // push it
   bool operator==(const OutsideTable&) const = default;
-  constexpr bool acts() const { return has_gravity || has_orbit || has_outer_torque() || load_count > 0; }
-  constexpr bool has_outer_torque() const { return attitude_link >= 0 && wheel_count == 0; }
+  constexpr bool acts() const {
+    return has_gravity || has_orbit || has_outer_torque || has_thrusters || load_count > 0;
+  }
   constexpr bool has_numbers() const { return acts() || attitude_link >= 0; }
 };
 /// A case's numbers of what acts from outside: gravity; the orbit's constants in the order of OrbitConstants; attitude
@@ -121,13 +124,22 @@ struct LoopTable {
 inline constexpr int kLoopAC = 0, kLoopBD = 12, kLoopHinge = 24, kLoopTurns = 27, kLoopAngularScale = 36,
                      kLoopLinearScale = 37, kLoopNumbers = 38;
 
-/// Sampled control, as all cases have it. A command has an effort per channel and a torque on the base (3).
+/// Sampled control, as all cases have it. A command has an effort per channel, a torque on the base from outside (3)
+/// and, of thrusters, a wrench on it with its rate of change, as a load has them along a line of a table
+/// (kLoadLine...).
 struct ControlTable {
   bool is_sampled;
   int channels;
   int most_on_their_way;  // commands
+  /// What acts is said by each case itself wherever an interval begins (CaseExchange::turn): no laws speak in packs,
+  /// and nothing is on its way here.
+  bool by_case;
+  bool has_thrusters;
   bool operator==(const ControlTable&) const = default;
-  constexpr int command_numbers() const { return is_sampled ? channels + 3 : 0; }
+  constexpr int command_numbers() const {
+    return is_sampled ? channels + 3 + (has_thrusters ? kLoadPieceNumbers[static_cast<int>(LoadTable::Kind::line)] : 0)
+                      : 0;
+  }
 };
 
 /// What all cases of a run share.
@@ -176,15 +188,16 @@ struct CaseRecord {
   int on_their_way;        // its way then
 };
 
-/// at_largest_rate: a wheel comes near its largest rate, where modes change at events, which lanes do not have.
-/// loops_in_doubt: closed loops come near a configuration in which their rows change rank, or they cannot be closed.
-/// In both the case is to be integrated alone.
+/// broken_off: what was asked where an interval begins could not go on. at_largest_rate: a wheel comes near its largest
+/// rate, where modes change at events, which lanes do not have. loops_in_doubt: closed loops come near a configuration
+/// in which their rows change rank, or they cannot be closed. In these two the case is to be integrated alone.
 enum class LaneStatus : std::uint8_t {
   finished,
   step_too_small,
   too_many_steps,
   non_finite,
   unstable_control,
+  broken_off,
   at_largest_rate,
   loops_in_doubt
 };
@@ -229,6 +242,17 @@ struct CaseLook {
   const double* motor;  // effort per link [N m or N]; zero where none is driven
 };
 
+/// A case where an interval of it begins, or goes on after an edge inside it.
+struct CaseTurn {
+  bool is_first;  // of the case
+  double time;
+  double end;        // of the interval
+  double phase_end;  // of the case's motion
+  const double* q;
+  const double* v;
+  const double* integrals;  // PhaseTables::integral_count
+};
+
 /// What became of a case.
 struct CaseResult {
   LaneStatus status;
@@ -254,6 +278,9 @@ struct CaseExchange {
   void (*done)(void* context, int lane, const CaseResult& result);
   /// Shows a lane's case at its start and after every accepted step; null: nobody looks.
   void (*look)(void* context, int lane, const CaseLook& look);
+  /// ControlTable::by_case: writes the command that acts in a lane's case from now on. Until when: the interval's end,
+  /// or an edge before; NaN: the case is broken off.
+  double (*turn)(void* context, int lane, const CaseTurn& turn, double* command);
 };
 
 // The lane stepper, once per instruction set; each is defined where it is compiled for its set.

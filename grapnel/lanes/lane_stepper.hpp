@@ -91,17 +91,19 @@ class LaneErrorNorm {
 template <class S>
 struct LaneState {
   bool active = false;
-  bool rejected = false;   // since the last accepted step
-  bool finite = true;      // the last rejected step
-  bool last = false;       // the step under way ends the interval
-  bool broken = false;     // the derivative at its start is not finite
-  bool runs_away = false;  // sampled control is unstable
-  bool leaves = false;     // a wheel comes near its largest rate
-  bool in_doubt = false;   // closed loops are near a change of rank, or cannot be closed
+  bool rejected = false;    // since the last accepted step
+  bool finite = true;       // the last rejected step
+  bool last = false;        // the step under way ends the interval
+  bool broken = false;      // the derivative at its start is not finite
+  bool runs_away = false;   // sampled control is unstable
+  bool broken_off = false;  // by what its case was asked
+  bool leaves = false;      // a wheel comes near its largest rate
+  bool in_doubt = false;    // closed loops are near a change of rank, or cannot be closed
   CaseRecord record{};
   const LaneInterval* interval = nullptr;
   double time = 0;
   double step = 0;      // under way
+  double until = 0;     // when what acts changes next
   double end = 0;       // of the step under way
   double wanted = 0;    // its size before it was fitted to the interval's end
   double proposed = 0;  // size of the next
@@ -140,12 +142,17 @@ class LaneStepper {
   const double* block_of(const LaneState<S>& lane, const LaneInterval& interval) const {
     return lane.record.blocks + static_cast<long>(interval.block) * tables_.piece_numbers;
   }
-  // Where the step under way ends at a break that another interval follows.
+  // Where the step under way ends at a break that another interval follows, or at an edge inside of one,
   static bool enters(const LaneState<S>& lane) { return lane.last && lane.end != lane.record.end_time; }
+  // and what comes then.
+  static const LaneInterval& following(const LaneState<S>& lane) {
+    return lane.end == lane.interval->end ? lane.interval[1] : *lane.interval;
+  }
   S enter_intervals(unsigned accepted);
   void leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
                                const S& h);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
+  void ask_case(int lane, bool is_first, const LaneInterval& interval, const S* y);
   bool has_loops() { return dynamics_.loops().any(); }
   void settle(unsigned lanes, const S& t, S* y, double negligible);
   void leave_in_doubt(unsigned lanes);
@@ -252,6 +259,7 @@ bool LaneStepper<S>::take(int l) {
   lane.active = true;
   lane.interval = lane.record.intervals;
   lane.time = lane.end = lane.record.start_time;
+  lane.until = lane.interval->end;
   lane.longest = dop853::smaller(dop853::smaller(tables_.max_step, lane.record.max_step),
                                  LaneDynamics<S>::longest_step(tables_, lane.record));
   dynamics_.load_case(l, lane.record);
@@ -383,7 +391,7 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
     const LaneState<S>& lane = lanes_[l];
     t.set(l, lane.time);
     if (((starting >> l) & 1U) == 0) continue;
-    longest[l] = dop853::smaller(__builtin_fabs(lane.interval->end - lane.time), lane.longest);
+    longest[l] = dop853::smaller(__builtin_fabs(lane.until - lane.time), lane.longest);
     euler[l] = dop853::first_euler_step(size_y.get(l), size_f.get(l), longest[l]);
     increment.set(l, euler[l]);
   }
@@ -438,7 +446,7 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   if (has_loops()) {
     result.loops = {rank_.get(l), unprojected_.get(l), open_.get(l), corrections_.get(l), error_estimates_.get(l)};
   }
-  if (tables_.control.is_sampled) dynamics_.commands().write(l, result_commands_.data());
+  if (tables_.control.is_sampled && !tables_.control.by_case) dynamics_.commands().write(l, result_commands_.data());
   result.commands = result_commands_.data();
   result.on_their_way = dynamics_.commands().on_their_way(l);
   exchange_.done(exchange_.context, l, result);
@@ -472,17 +480,17 @@ bool LaneStepper<S>::plan() {
 // See DormandPrince853::step. False: the case ends here.
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
+  if (lane.broken_off) return status = LaneStatus::broken_off, false;
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
   if (lane.leaves) return status = LaneStatus::at_largest_rate, false;
   if (lane.in_doubt) return status = LaneStatus::loops_in_doubt, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
   if (lane.accepted + lane.rejections >= tables_.max_steps) return status = LaneStatus::too_many_steps, false;
-  const double interval_end = lane.interval->end;
-  const dop853::FittedStep fitted = dop853::fit_step(lane.proposed, lane.longest, interval_end - lane.time, lane.time);
+  const dop853::FittedStep fitted = dop853::fit_step(lane.proposed, lane.longest, lane.until - lane.time, lane.time);
   if (fitted.too_small) return status = lane.finite ? LaneStatus::step_too_small : LaneStatus::non_finite, false;
   lane.wanted = fitted.wanted, lane.last = fitted.last;
-  lane.end = lane.last ? interval_end : lane.time + lane.wanted;
+  lane.end = lane.last ? lane.until : lane.time + lane.wanted;
   lane.step = lane.end - lane.time;  // as the rounded times have it, so that time does not drift
   return true;
 }
@@ -574,21 +582,48 @@ S LaneStepper<S>::enter_intervals(unsigned accepted) {
   for (int l = 0; l < kWidth; ++l) {
     LaneState<S>& lane = lanes_[l];
     t.set(l, lane.active ? lane.end : lane.time);
-    if (((accepted >> l) & 1U) == 0 || !enters(lane) || lane.interval[1].block == lane.interval->block) continue;
-    dynamics_.load_block(l, block_of(lane, lane.interval[1]));
+    if (((accepted >> l) & 1U) == 0 || !enters(lane) || following(lane).block == lane.interval->block) continue;
+    dynamics_.load_block(l, block_of(lane, following(lane)));
   }
   return t;
 }
 
+// Where an interval begins for a lane's case: what the case says acts from now on, and until when.
+template <class S>
+void LaneStepper<S>::ask_case(int l, bool is_first, const LaneInterval& interval, const S* y) {
+  LaneState<S>& lane = lanes_[l];
+  for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
+  for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+  for (int i = 0; i < tables_.integral_count; ++i) result_integrals_[i] = y[integrals_ + i].get(l);
+  const CaseTurn turn{is_first,
+                      lane.end,
+                      interval.end,
+                      lane.record.end_time,
+                      result_q_.data(),
+                      result_v_.data(),
+                      result_integrals_.data()};
+  const double until = exchange_.turn(exchange_.context, l, turn, result_commands_.data());
+  lane.broken_off = __builtin_isnan(until);
+  if (lane.broken_off) return;
+  lane.until = until;
+  dynamics_.commands().hold(l, result_commands_.data());
+}
+
 // Sampled control where lanes begin their first interval, or enter the next: laws speak once for all lanes in which
-// sensors are read.
+// sensors are read, or every case for itself.
 template <class S>
 void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const S& t, S* y) {
   if (!tables_.control.is_sampled) return;
   const auto interval_of = [&](int l) -> const LaneInterval& {
-    return ((entering >> l) & 1U) != 0 ? lanes_[l].interval[1] : *lanes_[l].interval;
+    return ((entering >> l) & 1U) != 0 ? following(lanes_[l]) : *lanes_[l].interval;
   };
   const unsigned changing = beginning | entering;
+  if (tables_.control.by_case) {
+    for (int l = 0; l < kWidth; ++l) {
+      if (((changing >> l) & 1U) != 0) ask_case(l, ((beginning >> l) & 1U) != 0, interval_of(l), y);
+    }
+    return;
+  }
   unsigned sampling = 0;
   for (int l = 0; l < kWidth; ++l) {
     if (((changing >> l) & 1U) != 0 && interval_of(l).samples) sampling |= 1U << l;
@@ -628,7 +663,8 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
       lane.defect = dop853::larger(lane.defect, defect.get(l));
       lane.rejected = false;
       lane.finite = true;
-      if (is_next) ++lane.interval;
+      if (is_next) lane.interval = &following(lane);
+      if (is_next && !tables_.control.by_case) lane.until = lane.interval->end;
     } else {
       if (is_next) {
         dynamics_.load_block(l, block_of(lane, *lane.interval));

@@ -70,15 +70,24 @@ void BaseActuation::prescribe(const PrescribedRates& rates) const {
 
 // Forces of the thrusters at a time, and what they come to.
 void BaseActuation::look_at_thrusts(double t) {
-  thrust_torque_ = Vector3d::zero(), thrust_ = Wrenchd::zero();
+  thrust_torque_ = Vector3d::zero(), thrust_ = thrust_at(t);
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
     const Thruster& thruster = actuators_.thrusters->thrusters()[i];
     thrusts_[i] = thruster.force * actuators_.thrusters->level(i, t);
     const Vector3d F = thrusts_[i] * thrust_direction(thruster);
     thrust_torque_ += cross(thruster.position - actuators_.thrusters->about(), F);
-    thrust_.angular += cross(thruster.position, F);
-    thrust_.linear += F;
   }
+}
+
+Wrenchd BaseActuation::thrust_at(double t) const {
+  Wrenchd sum = Wrenchd::zero();
+  for (std::size_t i = 0; i < thruster_count(); ++i) {
+    const Thruster& thruster = actuators_.thrusters->thrusters()[i];
+    const Vector3d F = (thruster.force * actuators_.thrusters->level(i, t)) * thrust_direction(thruster);
+    sum.angular += cross(thruster.position, F);
+    sum.linear += F;
+  }
+  return sum;
 }
 
 void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {

@@ -105,6 +105,9 @@ class BaseActuation {
   /// What was asked for last, and what was given of it, on the root's body, in its axes [N m].
   const Vector3d& asked() const { return asked_; }
   const Vector3d& given() const { return given_; }
+  /// All thrusters' wrench about the root's origin, in its axes, at a time from reach() to the next edge, between which
+  /// it is linear in time; zero without any.
+  Wrenchd thrust_at(double t) const;
   /// Forces of the thrusters then [N], and the bank; null without any.
   std::span<const double> thrusts() const { return thrusts_; }
   const ThrusterBank* thrusters() const { return actuators_.thrusters.get(); }

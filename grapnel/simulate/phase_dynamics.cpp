@@ -469,6 +469,19 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
   setup_.clock->command(std::move(said), t, same_time_);
 }
 
+double PhaseDynamics::begin_smooth_piece(double begin, double end, std::span<const double> y) {
+  enter_interval(begin, end);
+  tick(begin, y);
+  choose_modes(begin, y);
+  return next_edge(begin, end);
+}
+
+PhaseDynamics::HeldDrive PhaseDynamics::held_drive() {
+  actuate();
+  if (base_.root() >= 0) drive_root();
+  return {motor_, base_.acts_from_outside() ? base_.given() : Vector3d::zero()};
+}
+
 // Friction, and what the control laws say: efforts, or accelerations.
 void PhaseDynamics::actuate() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {

@@ -125,10 +125,22 @@ class PhaseDynamics {
   void end_control(double t) { base_.reach(t); }
   /// The first time after t, and before `end`, at which an actuator switches by the time alone; else `end`.
   double next_edge(double t, double end) const { return base_.next_edge(t, end); }
+  /// A smooth piece begins, in y, between the neighbouring breaks `begin` and `end`: enter_interval(), tick() and
+  /// choose_modes(). When it ends: at `end`, or at an actuator's edge before. @throws ControllerError as tick().
+  double begin_smooth_piece(double begin, double end, std::span<const double> y);
   /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
   /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
   /// that nothing in space has.
   void tick(double t, std::span<const double> y);
+
+  /// What drives the system under a clock, whatever its state, from begin_smooth_piece() to that piece's end; beside it
+  /// the thrusters' wrench (BaseActuation::thrust_at). Joints with a JointMotor, and wheels at their largest rates,
+  /// give what their rates let them instead. Valid until the next evaluation.
+  struct HeldDrive {
+    std::span<const double> motor;  // efforts per Model::joints(), of wheels too; zero of prescribed joints [N m or N]
+    Vector3d outer_torque;          // on the root's body from outside, in its axes; zero without any [N m]
+  };
+  HeldDrive held_drive();
 
   /// Joints that have run into their stops are thrown back, in y at t, which changes. Where nothing can stop, nothing.
   void meet_stops(double t, std::span<double> y);

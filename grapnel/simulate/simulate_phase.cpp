@@ -77,11 +77,7 @@ class PhaseRun {
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (std::size_t next = 0; next < ends.size();) {
-      dynamics_.enter_interval(begin, ends[next]);
-      dynamics_.tick(begin, begin == t0 ? y0 : stepper_.state());
-      dynamics_.choose_modes(begin, begin == t0 ? y0 : stepper_.state());
-      // Actuators may switch before.
-      const double end = dynamics_.next_edge(begin, ends[next]);
+      const double end = dynamics_.begin_smooth_piece(begin, ends[next], begin == t0 ? y0 : stepper_.state());
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();

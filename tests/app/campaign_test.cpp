@@ -161,7 +161,7 @@ TEST_F(Campaign, PartsInOneFolderOrInSeveralAreTheWhole) {
   EXPECT_FALSE(fs::exists(folder_ / "part1" / "table.h5"));
   const Outcome early = run("merge part1 part3 -o merged");
   EXPECT_EQ(early.code, 1);
-  EXPECT_THAT(early.err, HasSubstr(" of 300 blocks ("));
+  EXPECT_THAT(early.err, HasSubstr(" of 75 blocks ("));
   const Outcome o = run("merge part1 part2 part3 -o merged");
   EXPECT_EQ(o.code, 0) << o.err;
   expect_same_results("whole", "merged");
@@ -180,7 +180,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
   const Outcome o = run_in(array, "campaign study.yaml -o r");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, HasSubstr("part 3/4 as SLURM_ARRAY_TASK_ID=12 says"));
-  EXPECT_EQ(shards("r"), 75u);
+  EXPECT_EQ(shards("r"), 19u);
   const Outcome gaps = run_in(array + "SLURM_ARRAY_TASK_COUNT=3 ", "campaign study.yaml -o r");
   EXPECT_EQ(gaps.code, 2);
   EXPECT_THAT(gaps.err, HasSubstr("the array has 3 tasks where 10 to 13 by 1 would be 4"));

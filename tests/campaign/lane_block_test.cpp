@@ -2,6 +2,7 @@
 
 #include "grapnel/campaign/campaign.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -114,11 +115,12 @@ struct Varied {
   std::vector<Override> overrides;
   std::uint64_t cases = 9;
   double bound = 3e-8;
+  std::string at_work = {};  // a column that is not zero; empty: none is looked at
 };
 
 // All of the motion is in lanes, and ends as alone, with conservation checks of its own.
 void expect_lanes_as_alone(const Varied& varied) {
-  const auto& [name, overrides, cases, bound] = varied;
+  const auto& [name, overrides, cases, bound, at_work] = varied;
   SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
   const auto is_clock = [](const Override& o) { return o.path == "control"; };
   // A clock's many short steps take minutes under sanitizers, and lane_phase_test has clocks as well.
@@ -139,6 +141,9 @@ void expect_lanes_as_alone(const Varied& varied) {
   for (const std::string& line : slow_settings(campaign, 0))
     EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
   const std::vector<CaseRow> alone = one_by_one(campaign);
+  if (!at_work.empty()) {
+    EXPECT_NE(alone[0].values[column(campaign, at_work)], 0);
+  }
   const std::size_t pass = column(campaign, "ledger/pass");
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
     const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
@@ -171,6 +176,60 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
        3},
       {"wheels-keep-attitude", {{"post_impact.duration", "30"}}, 3, 3e-7},
       {"wheels-keep-attitude", {{"post_impact.duration", "10"}, {"control", "{period: 0.1}"}}, 3, 3e-7}};
+  for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
+}
+
+// Thrusters in pairs about every axis of a small base. `more`: keys of each, with a comma before them.
+std::string twelve_thrusters(const std::string& more = "") {
+  std::string all = "[";
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {0.6, -0.6}) {
+      for (const int sense : {1, -1}) {
+        double p[3] = {}, d[3] = {};
+        p[axis] = side, d[(axis + 1) % 3] = sense;
+        all += fmt::format(
+            "{}{{name: t{}{}{}, position: [{}, {}, {}], direction: [{}, {}, {}], force: 1, specific_impulse: 220, "
+            "min_on_time: 20 ms, rise_time: 10 ms, fall_time: 5 ms{}}}",
+            all.size() > 1 ? ", " : "", axis, side > 0 ? "a" : "b", sense > 0 ? "+" : "-", p[0], p[1], p[2], d[0], d[1],
+            d[2], more);
+      }
+    }
+  }
+  return all + "]";
+}
+
+// What is read, asked and switched at ticks, with motion in lanes: sensors with noise, delays and a target that is
+// identified by them, computed torque with a wrong model, a controller of one's own, thrusters, wheels at speeds of
+// their own and arms that are fed forward. The noise is that of cases alone, number by number.
+TEST(LaneBlock, WhatTicksSayIsSaidByEveryCase) {
+  SKIP_UNDER_SANITIZERS();
+  const std::string identified =
+      "{duration: 12, joints: computed_torque, kp: 0.09, kd: 0.6, base_control: {kp: 0, kd: 4000, limit: 60}, assumed: "
+      "{mass: 3000, com: [0, 0, 0], inertia: [9000, 4000, 11000]}, identify: {from: 1, duration: 6, sample_time: 200 "
+      "ms, excitation: {amplitude: 0.2, swings: 2}}}";
+  const Override clock{"control", "{period: 0.1, delay: 0.03}"};
+  const std::vector<Varied> scenarios{
+      {"noisy-sensors", {{"control", "{period: 0.1, delay: 0.01}"}, {"post_impact", identified}}, 3, 3e-8},
+      {"own-controller", {{"post_impact.duration", "3"}}, 5, 1e-5},  // the impact's forces are zero up to rounding
+      {"wheels-keep-attitude",
+       {clock,
+        {"approach.duration", "30"},
+        {"post_impact.duration", "10"},
+        {"approach.base_control", "{kp: 1.5, kd: 20, feedforward: true}"},
+        {"post_impact.base_control", "{kp: 3, kd: 60, rpy: [0, 0, 0], wheel_speed_rate: 0.05}"}},
+       3,
+       3e-7},
+      {"wheels-keep-attitude",
+       {clock,
+        {"robot.thrusters", twelve_thrusters()},
+        {"approach.duration", "15"},
+        {"post_impact.duration", "5"},
+        {"approach.base_control", "{kp: 1.5, kd: 20, actuators: thrusters}"},
+        {"post_impact.base_control",
+         "{kp: 3, kd: 60, rpy: [0, 0, 0], dumping: {above: 0.1, below: 0.05, torque: 0.2}}"}},
+       3,
+       3e-8,
+       "thrusters/propellant"}};
   for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
 }
 
@@ -278,6 +337,48 @@ TEST(LaneBlock, WheelsAtTheirLargestRatesAreIntegratedAlone) {
   }
 }
 
+// Where sensors have been read a case that leaves its lane is simulated anew, and what was read does not count twice:
+// the bits of the case alone.
+TEST(LaneBlock, CasesThatHaveReadTheirSensorsBeginAnew) {
+  SKIP_UNDER_SANITIZERS();
+  const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"},
+                                        {"post_impact.duration", "60"},
+                                        {"control", "{period: 0.1}"},
+                                        {"sensors", "{seed: 3, gyro: {angle_random_walk: 1e-4}}"}};
+  CaptureProblem base =
+      load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml"), overrides);
+  base.clearance.enabled = false;
+  base.output_interval = 0;
+  Campaign campaign;
+  campaign.cases = 4;
+  campaign.columns = standard_columns(base, true);
+  campaign.columns.push_back({"gyro readings", "", "", [](const StudyCase&, const CaptureResult& r) {
+                                return static_cast<double>(r.sensors.at(0).readings);
+                              }});
+  campaign.columns.push_back({"wheel rate", "rad/s", "",
+                              [](const StudyCase&, const CaptureResult& r) { return r.wheels.at(0).largest_rate; }});
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [base](std::uint64_t k) {
+    StudyCase point{base, inward_normals(base)};
+    TargetSetup& target = point.problem.targets[0];
+    target.V_WT.angular = (0.5 * static_cast<double>(k)) * target.V_WT.angular;
+    return point;
+  };
+  const std::vector<CaseRow> alone = one_by_one(campaign);
+  const std::size_t rate = campaign.columns.size() - 1;
+  const double most = base.robot.wheels[0].rate;
+  ASSERT_LT(alone.front().values[rate], 0.95 * most);
+  ASSERT_NEAR(alone.back().values[rate], most, 1e-9 * most);
+  const lanes::InstructionSet set = lanes::supported_instruction_sets().back();
+  const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+  ASSERT_EQ(rows.size(), alone.size());
+  for (const CaseRow& row : rows) ASSERT_EQ(row.status, CaseStatus::ok) << row.reason;
+  EXPECT_EQ(difference(campaign, {rows.back()}, {alone.back()}, 0, campaign.columns.size()), 0);
+  const double off = difference(campaign, rows, alone, 0, rate);
+  EXPECT_GT(off, 0) << "others are in lanes";
+  EXPECT_LT(off, 3e-7);
+}
+
 // What lanes book is judged per group of bodies that touch, too: a heavy body that passes by hides no error.
 TEST(LaneBlock, AHeavyBystanderHidesNothing) {
   const auto rows_with = [](double mass, lanes::InstructionSet set) {
@@ -382,6 +483,32 @@ TEST(SlowSettings, NameWhatTakesTime) {
             std::string::npos)
       << held;
   EXPECT_EQ(held.find("distances"), std::string::npos) << held;
+}
+
+// Whose plumes meet what is seen inside of steps, where lanes do not look.
+TEST(SlowSettings, NamePlumes) {
+  SKIP_UNDER_SANITIZERS();
+  const auto text = [](const std::string& more) {
+    const std::vector<Override> overrides{{"control", "{period: 0.5}"},
+                                          {"robot.thrusters", twelve_thrusters(more)},
+                                          {"approach.duration", "15"},
+                                          {"post_impact", "{duration: 1}"},
+                                          {"approach.base_control", "{kp: 1.5, kd: 20, actuators: thrusters}"}};
+    CaptureProblem base =
+        load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml"), overrides);
+    base.clearance.enabled = false;
+    Campaign campaign;
+    campaign.problem = [&base](std::uint64_t) { return StudyCase{base, inward_normals(base)}; };
+    std::string all;
+    for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
+    return all;
+  };
+  EXPECT_EQ(text("").find("case by case"), std::string::npos) << text("");
+  EXPECT_NE(
+      text(", plume: {half_angle: 20 deg, range: 5}")
+          .find("approach is integrated case by case instead of several at once: plumes, or gyros, are watched in "
+                "every step (plume of the robot's thrusters)"),
+      std::string::npos);
 }
 
 }  // namespace lane_block_test

@@ -122,7 +122,7 @@ TEST(RunCampaign, AStopKeepsEveryCompleteCase) {
 TEST(RunCampaign, LongBlocksAreWrittenInParts) {
   SKIP_UNDER_SANITIZERS();
   const TemporaryFolder folder;
-  const Campaign campaign = fake_campaign(1000);  // blocks of 3
+  const Campaign campaign = fake_campaign(1000);  // blocks of 8
   ShardStore store(folder.path(), campaign, options());
   CampaignOptions o;
   o.hand_in = 0;
@@ -130,13 +130,13 @@ TEST(RunCampaign, LongBlocksAreWrittenInParts) {
   const BlockWork look = [&](const Block& block, const std::stop_token& stop) {
     if (block.number > 0 || block.begin == 0) return test::fake_work()(block, stop);
     for (int i = 0; i < 20000 && seen < block.begin; ++i) {  // the writer has the rows before
-      seen = store.rows({0, 0, 3}).size();
+      seen = store.rows({0, 0, 8}).size();
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return test::fake_work()(block, stop);
   };
   run_campaign(look, store, o);
-  EXPECT_EQ(seen, 1u);
+  EXPECT_EQ(seen, 7u);  // after parts of 1, 2 and 4
   test::expect_fake_rows(folder.path(), campaign, 1000);
 }
 

@@ -228,6 +228,8 @@ TEST(Store, GoesOnWhereADamagedManifestWasMovedAway) {
 TEST(Manifest, ShardsAreFewButEnoughForManyProcessors) {
   EXPECT_EQ(block_size_for(1), 1u);
   EXPECT_EQ(block_size_for(100), 1u);
+  EXPECT_EQ(block_size_for(256), 4u);
+  EXPECT_EQ(block_size_for(1'000), 8u);
   EXPECT_EQ(block_size_for(10'000), 39u);
   EXPECT_EQ(block_size_for(100'000), 390u);
   EXPECT_EQ(block_size_for(10'000'000), 500u);

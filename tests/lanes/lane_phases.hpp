@@ -7,7 +7,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
+#include <memory>
 
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "simulate/phase_case.hpp"
@@ -23,21 +25,25 @@ struct Phase {
   PhaseSetup setup;
   State start;
   double begin = 0, end = 1;
+  std::function<void(PhaseSetup&)> renew = {};  // makes anew what has a state beside the clock; empty: nothing has
 
   Rotationd start_attitude() const { return root_pose(model, start, 0).R; }
-  /// The setup with a clock that may go on.
+  /// The setup with a clock, and what else has a state, that may go on.
   PhaseSetup own_setup() const {
     PhaseSetup own = setup;
     if (own.clock) own.clock = std::make_shared<ControlClock>(*setup.clock);
+    if (renew) renew(own);
     return own;
   }
 };
 
 using Outcomes = std::map<std::uint64_t, LaneOutcome>;
+/// What cases have been asked (ControlTable::by_case), as they have left it.
+using Asked = std::map<std::uint64_t, std::unique_ptr<PhaseDynamics>>;
 
 /// Runs cases of one structure; `order` gives their ids.
 inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
-                    InstructionSet set) {
+                    InstructionSet set, Asked& asked) {
   Outcomes outcomes;
   std::size_t next = 0;
   run_lanes(
@@ -46,15 +52,26 @@ inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& ph
         if (next == order.size()) return false;
         const Phase& p = phases[static_cast<std::size_t>(order[next])];
         c.id = static_cast<std::uint64_t>(order[next++]);
+        if (structure.control.by_case) asked[c.id] = std::make_unique<PhaseDynamics>(p.model, p.own_setup());
         lane_case(structure, p.model, p.setup, p.start, lane_motion(structure, p.model, p.setup, p.begin, p.end), c);
         return true;
       },
       [&](const LaneCase& c, const LaneOutcome& o) {
         EXPECT_EQ(c.id, o.id);
         EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
+        if (structure.control.by_case) asked.at(o.id)->end_control(o.time);
       },
-      set);
+      set, {},
+      [&](const LaneTurn& turn, std::span<double> command) {
+        return take_turn(structure, *asked.at(turn.id), turn, command);
+      });
   return outcomes;
+}
+
+inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
+                    InstructionSet set) {
+  Asked asked;
+  return run(structure, phases, order, set, asked);
 }
 
 inline std::vector<int> all_of(const std::vector<Phase>& phases) {
@@ -171,14 +188,27 @@ inline double difference(const ControlClock& a, const ControlClock& b) {
   return largest;
 }
 
+/// Of what thrusters have used, over their largest impulse and their time; they have fired as often.
+inline double difference(const ThrusterBank& a, const ThrusterBank& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a.use(i).firings, b.use(i).firings) << "thruster " << i;
+    largest = std::max(
+        {largest, std::abs(a.use(i).impulse - b.use(i).impulse), std::abs(a.use(i).on_time - b.use(i).on_time)});
+  }
+  EXPECT_EQ(a.dumped().begun, b.dumped().begun);
+  return largest;
+}
+
 /// Largest difference of end states, and of the work done, against the scalar integration.
 struct Comparison {
-  double state = 0, work = 0, linear = 0, angular = 0, energy = 0, commands = 0;
+  double state = 0, work = 0, linear = 0, angular = 0, energy = 0, commands = 0, thrusters = 0;
   long steps = 0, scalar_steps = 0;
 };
 inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
-  const Outcomes outcomes = run(structure, phases, all_of(phases), set);
+  Asked asked;
+  const Outcomes outcomes = run(structure, phases, all_of(phases), set, asked);
   EXPECT_EQ(outcomes.size(), phases.size());
   Comparison c;
   for (const auto& [id, o] : outcomes) {
@@ -187,7 +217,12 @@ inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSet
     PhaseDynamics dynamics(p.model, p.own_setup());
     const PhaseOutcome expected = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration);
     EXPECT_TRUE(expected.finished) << expected.failure;
-    if (p.setup.clock) {
+    if (structure.control.by_case) {
+      const PhaseSetup &left = asked.at(id)->setup(), &alone = dynamics.setup();
+      c.commands = std::max(c.commands, difference(*left.clock, *alone.clock));
+      if (alone.actuators.thrusters)
+        c.thrusters = std::max(c.thrusters, difference(*left.actuators.thrusters, *alone.actuators.thrusters));
+    } else if (p.setup.clock) {
       ControlClock clock = *p.setup.clock;
       end_control(*lane_motion(structure, p.model, p.setup, p.begin, p.end), o, clock);
       c.commands = std::max(c.commands, difference(clock, *dynamics.setup().clock));
@@ -216,6 +251,7 @@ inline void expect_alike(const char* what, const std::vector<Phase>& phases, dou
     EXPECT_LT(c.state, bound) << what;
     EXPECT_LT(c.work, 10 * bound) << what;
     EXPECT_LT(c.commands, 100 * bound) << what;
+    EXPECT_LT(c.thrusters, 10 * bound) << what;
     EXPECT_LT(c.linear, momentum);
     EXPECT_LT(c.angular, momentum);
     EXPECT_LT(c.energy, 1e-10);

@@ -146,6 +146,81 @@ TEST(LaneWheels, SampledControlAgrees) {
   expect_wheels_alike("sampled", {pyramid(), 0.5}, 90, kind);
 }
 
+// Told by what else there is for a base's actuators, under a clock: each case says it itself (take_turn).
+std::vector<Phase> asked_phases(int index, const std::function<void(Phase&)>& change) {
+  Kind kind;
+  kind.control = JointControl::pd;
+  kind.sampled = ControlTiming{0.1, 0.03};
+  std::vector<Phase> phases = phases_with({pyramid(), 0.5}, index, test::repetitions(9) + 1, kind);
+  for (Phase& p : phases) {
+    change(p);
+    if (p.renew) p.renew(p.setup);
+  }
+  EXPECT_TRUE(lane_structure(phases[0].model, phases[0].setup, tight()).control.by_case);
+  return phases;
+}
+
+void expect_asked_alike(const char* what, const std::vector<Phase>& phases) {
+  expect_wheels_work(phases, 1);
+  expect_alike(what, phases, 1e-11, tight(1e-13), 1e-11, 0.2);  // measured 6e-13
+}
+
+std::shared_ptr<ThrusterBank> six_thrusters() {
+  std::vector<Thruster> all;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sense : {1.0, -1.0}) {
+      Thruster t;
+      t.position = Vector3d::zero(), t.direction = Vector3d::zero();
+      t.position[axis] = 0.5, t.direction[(axis + 1) % 3] = sense;
+      t.force = 1, t.specific_impulse = 220, t.min_on_time = 0.01, t.rise = 0.004, t.fall = 0.002;
+      all.push_back(t);
+    }
+  }
+  return std::make_shared<ThrusterBank>(all, Vector3d::zero());
+}
+
+TEST(LaneWheels, SampledSpeedsAndFeedforwardAgree) {
+  expect_asked_alike("speeds of their own", asked_phases(95, [](Phase& p) {
+                       p.setup.actuators.wheel_speed_rate = 0.5;
+                       p.setup.actuators.wheel_speeds = {5, -3, 2, 1};
+                     }));
+  expect_asked_alike("arms fed forward", asked_phases(96, [](Phase& p) { p.setup.actuators.feedforward = true; }));
+}
+
+TEST(LaneWheels, SampledDumpingAgrees) {
+  const std::vector<Phase> phases = asked_phases(97, [](Phase& p) {
+    p.setup.actuators.dumping = MomentumDumping{0.05, 0.01, 0.1};
+    p.renew = [](PhaseSetup& s) { s.actuators.thrusters = six_thrusters(); };
+  });
+  const Phase& p = phases[0];
+  PhaseDynamics dynamics(p.model, p.own_setup());
+  EXPECT_TRUE(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).finished);
+  EXPECT_GT(dynamics.setup().actuators.thrusters->dumped().begun, 0);
+  expect_asked_alike("dumping", phases);
+}
+
+// Says what every wheel and valve does, as a logged table would.
+class OneByOne final : public Controller {
+ public:
+  void update(const ControlInput& in, ControlCommand& out) override {
+    for (int i = 0; i < 4; ++i) out.actuators.wheel_torque.push_back(0.7 * std::sin(3 * in.time + i));  // beyond 0.5
+    for (int i = 0; i < 6; ++i) out.actuators.thruster.push_back(std::max(0.0, std::sin(2 * in.time + i)));
+  }
+};
+
+// Without attitude control, and without a torque on the base: its actuators are told one by one.
+TEST(LaneWheels, SampledTorquesOneByOneAgree) {
+  expect_asked_alike("one by one", asked_phases(98, [](Phase& p) {
+                       p.setup.commanded_root = p.setup.attitude->root;
+                       p.setup.attitude.reset();
+                       p.setup.actuators.one_by_one = true;
+                       p.renew = [](PhaseSetup& s) {
+                         s.actuators.thrusters = six_thrusters();
+                         s.controller = std::make_shared<OneByOne>();
+                       };
+                     }));
+}
+
 TEST(LaneWheels, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(phases_with({pyramid(), 0.3}, 91, 13));
   Wheels limited{kOrthogonal};
@@ -195,7 +270,7 @@ TEST(LaneWheels, NeedAttitudeControl) {
   PhaseSetup setup = phases[0].setup;
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");
   setup.actuators.wheel_speed_rate = 0.1;
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own continuously");
   setup.attitude.reset();
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels turn without attitude control");
 }

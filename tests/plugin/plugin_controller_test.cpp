@@ -141,12 +141,14 @@ TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
   std::filesystem::remove(file);
 }
 
-TEST(PluginController, KeepsPhasesOutOfLanes) {
+TEST(PluginController, IsAskedAtTicksInLanes) {
   const Model model = two_joints();
   PhaseSetup setup;
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
   setup.controller = make("{}", model);
-  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked");
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked continuously");
+  setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1}, model.joints().size());
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
 }
 
 TEST(PluginController, SavesAndRestoresWhatItRemembers) {
