@@ -1,7 +1,7 @@
-// Whole captures in lanes, per case: captures on which something acts from outside, or in which loops are closed,
-// beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1, whose targets differ
-// in mass and inertia from case to case. The first case of each block is the thesis's own. The ledger's bounds of all
-// cases and the end-state error of the first are checked in every timed run.
+// Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, or that
+// wait for arrivals, beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1,
+// whose targets differ in mass and inertia from case to case. The first case of each block is the thesis's own. The
+// ledger's bounds of all cases and the end-state error of the first are checked in every timed run.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -78,7 +78,7 @@ void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::I
   }
 }
 
-// The same of a problem on which something acts from outside, or whose loops close; without a set: one by one.
+// The same of a problem in which something acts from outside, loops close or grasps wait; without a set: one by one.
 void disturbed(benchmark::State& state, const CaptureProblem& problem, std::optional<lanes::InstructionSet> set) {
   const Campaign campaign = campaign_of(problem);
   const std::size_t pass = ledger_column(campaign);
@@ -93,8 +93,9 @@ void disturbed(benchmark::State& state, const CaptureProblem& problem, std::opti
   }
 }
 
-void register_disturbed(const std::string& scenario, const std::string& name) {
-  const auto problem = std::make_shared<const CaptureProblem>(frozen_scenario(scenario));
+void register_disturbed(const std::string& scenario, const std::string& name,
+                        const std::vector<Override>& changes = {}) {
+  const auto problem = std::make_shared<const CaptureProblem>(frozen_scenario(scenario, changes));
   benchmark::RegisterBenchmark(("disturbed/" + name).c_str(),
                                [=](benchmark::State& state) { disturbed(state, *problem, std::nullopt); });
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
@@ -115,6 +116,16 @@ void register_campaign() {
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
   register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
   register_disturbed("thesis/closed-loop", "closed_loop");                   // both arms on one target, joints free
+  const std::string thesis1 = "thesis/open-loop-case-1";
+  const Override as_found{"contact", "{gap: weld_as_found}"};
+  register_disturbed(thesis1 + "-planned", "base_held", {{"robot.base.mode", "held"}, as_found});
+  register_disturbed(thesis1 + "-planned", "base_fixed", {{"robot.base.mode", "fixed"}, as_found});
+  register_disturbed(thesis1, "on_arrival",  // each arm on its own
+                     {{"robot.end_effectors.tip-1.envelope", "{position: 0.2}"},
+                      {"robot.end_effectors.tip-2.envelope", "{position: 0.25}"},
+                      {"grasps[0].closes_on_arrival", "true"},
+                      {"grasps[1].closes_on_arrival", "true"},
+                      as_found});
 }
 
 }  // namespace grapnel::bench

@@ -24,8 +24,8 @@ void freeze_plan(CaptureProblem& problem, const ApproachPlan& plan) {
 
 }  // namespace
 
-CaptureProblem frozen_scenario(const std::string& name) {
-  CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml");
+CaptureProblem frozen_scenario(const std::string& name, const std::vector<Override>& changes) {
+  CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", changes);
   problem.clearance.enabled = false;
   problem.output_interval = 0;
   if (problem.approach) freeze_plan(problem, plan_approach(problem, plan_targets(problem)));

@@ -10,6 +10,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel::bench {
 
@@ -28,7 +29,7 @@ struct CaptureWorkload {
 CaptureWorkload thesis_capture();
 
 /// scenarios/NAME.yaml without clearance and output, its plan, if there is one, frozen.
-CaptureProblem frozen_scenario(const std::string& name);
+CaptureProblem frozen_scenario(const std::string& name, const std::vector<Override>& changes = {});
 
 /// The impact's outcome at the approach's end, with the targets welded to the arms that grasp them.
 CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);

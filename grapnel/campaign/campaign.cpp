@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -92,6 +93,28 @@ namespace {
 // alone, from their start, under the time limit. A number of steps and no time, so that it depends on the case alone.
 constexpr long kMostSteps = 50'000;
 
+// Whether a margin that ends a piece of motion may have come to zero in a step, of which the ends are known: between
+// them it is taken to change at most twice as fast as in the mean over this step or one of the two before
+// (docs/theory.md, section 6.5).
+class MarginBound {
+ public:
+  /// The margin at the end of the next step, or at the start of the motion.
+  bool may_fall(double t, double margin) {
+    const double before = margin_, elapsed = t - time_;
+    const bool first = !(elapsed > 0);
+    const double slope = first ? 0 : std::abs(margin - before) / elapsed;
+    const double fastest = 2 * std::max({slope, slopes_[0], slopes_[1]});
+    time_ = t, margin_ = margin;
+    slopes_ = {slope, slopes_[0]};
+    if (first) return !(margin > 0);
+    return !(margin > 0 && 0.5 * (before + margin - fastest * elapsed) > 0);
+  }
+
+ private:
+  double time_ = std::numeric_limits<double>::infinity(), margin_ = 0;
+  std::array<double, 2> slopes_{0, 0};  // of the last two steps
+};
+
 // A case on its way.
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
@@ -103,6 +126,7 @@ struct Flight {
   const MotionTask* task = nullptr;     // to be done next, in lanes
   std::optional<lanes::LaneStructure> structure;
   std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
+  MarginBound margin;          // of what ends it
 
   bool has_same_structure(const Flight& other) const {
     return !task->watch == !other.task->watch && *structure == *other.structure;
@@ -129,6 +153,18 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
     flight.trouble = std::current_exception();
   }
   flight.clock.pause();
+}
+
+// Whether the piece of motion that a flight is in may go on beyond a state, since what ends it has not come.
+bool goes_on(const lanes::LaneView& view, Flight& flight, State& state) {
+  if (!flight.task->stop || flight.trouble) return true;
+  state.q = view.q, state.v = view.v;
+  try {
+    return !flight.margin.may_fall(view.time, flight.task->stop(view.time, state));
+  } catch (const std::exception&) {
+    flight.trouble = std::current_exception();
+  }
+  return false;
 }
 
 Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -294,6 +330,7 @@ class LaneBlock {
         bool ready = false;
         attempt(flight, [&] {
           const MotionTask& task = *flight.task;
+          flight.margin = {};
           lane.id = next - 1;
           lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
           lanes::lane_case(structure, *task.model, *task.setup, task.start,
@@ -310,15 +347,21 @@ class LaneBlock {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        // Alone it says what runs away, or why loops cannot be kept closed, and changes modes at a wheel's largest
-        // rate.
+        // Alone the rest is looked into closely, and modes change at a wheel's largest rate.
+        const bool goes_on_alone =
+            outcome.status == lanes::LaneStatus::handed_back || outcome.status == lanes::LaneStatus::at_largest_rate;
+        // Alone, from the start, it says what runs away, or why loops cannot be kept closed.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
-                               outcome.status == lanes::LaneStatus::at_largest_rate ||
-                               (!outcome.finished() && !structure.loops.empty());
+                               (goes_on_alone && outcome.time == flight.task->begin) ||
+                               (!goes_on_alone && !outcome.finished() && !structure.loops.empty());
         if (!too_long && !for_alone) {
           const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
-          if (clock && outcome.finished()) lanes::end_control(*lane.motion, outcome, *clock);
-          flight.steps->integrated(outcome_of(structure, outcome), measures_of(outcome));
+          if (clock && (goes_on_alone || outcome.finished())) lanes::end_control(*lane.motion, outcome, *clock);
+          if (goes_on_alone) {
+            flight.steps->integrated_in_part(outcome_of(structure, outcome), measures_of(outcome), outcome.next_step);
+          } else {
+            flight.steps->integrated(outcome_of(structure, outcome), measures_of(outcome));
+          }
         }
         go_on(flight);
       });
@@ -328,8 +371,12 @@ class LaneBlock {
     const auto look = [&](const lanes::LaneView& view) {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
+    const auto gate = [&](const lanes::LaneView& view) { return goes_on(view, *together[view.id], state); };
     const bool watched = together.front()->task->watch != nullptr;
-    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch());
+    const bool may_stop =
+        std::any_of(together.begin(), together.end(), [](Flight* f) { return f->task->stop != nullptr; });
+    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch(),
+                     may_stop ? lanes::LaneGate(gate) : lanes::LaneGate());
   }
 
   const Campaign& campaign_;

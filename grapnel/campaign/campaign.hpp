@@ -120,8 +120,8 @@ using BlockWork = std::function<std::vector<CaseRow>(const Block&, const std::st
 BlockWork block_work(const Campaign& campaign);
 
 /// The rows of a block's cases side by side: their pieces of motion are integrated in SIMD lanes, everything else case
-/// by case. A piece of motion that lanes do not know (loops, a base that is held or fixed, columns that need the
-/// loads of all phases) is integrated alone, as run_campaign_case() does it. Which pieces those are, and every number
+/// by case. A piece of motion that lanes do not know (lanes::lane_obstacle(), columns that need the loads of all
+/// phases) is integrated alone, as run_campaign_case() does it. Which pieces those are, and every number
 /// of a row, follow from the case alone. After a stop request fewer rows, or none.
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
                                         const std::stop_token& stop);

@@ -156,7 +156,6 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"loops are cut", "integration.loops"},
     {"loops are kept closed otherwise than by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},
-    {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"a law moves the joints together", "post_impact.joints"},
     {"sensors are read", "sensors"},
     {"joints stick", "friction.model of the robot's joints"},
@@ -170,8 +169,7 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"thrusters push the base", "base_control.actuators, or dumping"},
     {"the base's torque follows the arms", "base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},
-    {"a root is not free", "the robot's base"},
-    {"a base is held", "the robot's base"},
+    {"loops close on a base that is fixed or held", "the robot's base"},
 });
 
 std::string with_setting(const std::string& reason) {

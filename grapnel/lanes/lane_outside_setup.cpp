@@ -47,6 +47,10 @@ OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
   table.attitude_link = setup.attitude ? placement_of(model, setup.attitude->root).link : -1;
   table.load_count = static_cast<int>(setup.loads.size());
   table.wheel_count = static_cast<int>(setup.wheels.size());
+  const std::vector<TreeLink<double>>& links = model.tree().links;
+  table.has_ground = setup.held_root >= 0 || std::any_of(links.begin(), links.end(), [](const TreeLink<double>& link) {
+                       return link.joint == JointType::fixed;
+                     });
   return table;
 }
 
