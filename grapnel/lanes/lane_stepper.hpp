@@ -147,7 +147,6 @@ class LaneStepper {
   S enter_intervals(unsigned accepted);
   unsigned ask(unsigned lanes, const S* y);
   unsigned near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end, const S& h);
-  void refuse(unsigned lanes);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
   bool has_loops() { return dynamics_.loops().any(); }
   void settle(unsigned lanes, const S& t, S* y, double negligible);
@@ -369,15 +368,6 @@ unsigned LaneStepper<S>::near_largest_rate(unsigned lanes, const S* y, const S* 
   return near;
 }
 
-// These lanes are again where their steps under way have begun: where these ended at breaks, what follows had spoken.
-template <class S>
-void LaneStepper<S>::refuse(unsigned lanes) {
-  for (int l = 0; l < kWidth; ++l) {
-    const LaneState<S>& lane = lanes_[l];
-    if (((lanes >> l) & 1U) != 0 && enters(lane)) dynamics_.load_block(l, block_of(lane, *lane.interval));
-  }
-}
-
 // Prescribed joints where they are prescribed, in these lanes loops closed, and roots where momenta have them.
 template <class S>
 void LaneStepper<S>::settle(unsigned lanes, const S& t, S* y, double negligible) {
@@ -568,9 +558,7 @@ void LaneStepper<S>::attempt() {
     defect = normalize(end_.data());
     const S t_new = enter_intervals(accepted);
     settle(accepted, t_new, end_.data(), loop_limits::kNegligible);
-    const unsigned refused = ask(accepted, end_.data());
-    refuse(refused);
-    accepted &= ~refused;
+    accepted &= ~ask(accepted, end_.data());
     unsigned entering = 0;
     for (int l = 0; l < kWidth; ++l) {
       if (((accepted >> l) & 1U) != 0 && enters(lanes_[l])) entering |= 1U << l;
@@ -579,7 +567,6 @@ void LaneStepper<S>::attempt() {
     dynamics_(t_new, end_.data(), stage(13));
     good = accepted & finite(stage(13)).bits();
     const unsigned near = near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
-    refuse(near);
     for (int l = 0; l < kWidth; ++l) {
       if (((near & entering) >> l & 1U) != 0) dynamics_.commands().take_back(l);
     }
