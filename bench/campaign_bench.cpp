@@ -1,5 +1,6 @@
-// Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, or whose
-// sensors are read, beside the same cases one by one, and blocks of a campaign over the thesis's open-loop case 1,
+// Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, whose
+// sensors are read, or that wait for arrivals, beside the same cases one by one, and blocks of a campaign over the
+// thesis's open-loop case 1,
 // whose targets differ in mass and inertia from case to case. The first case of each block is the thesis's own. The
 // ledger's bounds of all cases and the end-state error of the first are checked in every timed run.
 #include <benchmark/benchmark.h>
@@ -78,7 +79,7 @@ void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::I
   }
 }
 
-// The same of a problem on which something acts from outside, or whose loops close; without a set: one by one.
+// The same of a problem in which something acts from outside, loops close or grasps wait; without a set: one by one.
 void disturbed(benchmark::State& state, const CaptureProblem& problem, std::optional<lanes::InstructionSet> set) {
   const Campaign campaign = campaign_of(problem);
   const std::size_t pass = ledger_column(campaign);
@@ -126,6 +127,16 @@ void register_campaign() {
                       {"post_impact",
                        "{duration: 10, joints: computed_torque, kp: 0.09, kd: 0.6, base_control: {kp: 0, kd: 4000, "
                        "limit: 60}, assumed: {mass: 3000, com: [0, 0, 0], inertia: [9000, 4000, 11000]}}"}});
+  const std::string thesis1 = "thesis/open-loop-case-1";
+  const Override as_found{"contact", "{gap: weld_as_found}"};
+  register_disturbed(thesis1 + "-planned", "base_held", {{"robot.base.mode", "held"}, as_found});
+  register_disturbed(thesis1 + "-planned", "base_fixed", {{"robot.base.mode", "fixed"}, as_found});
+  register_disturbed(thesis1, "on_arrival",  // each arm on its own
+                     {{"robot.end_effectors.tip-1.envelope", "{position: 0.2}"},
+                      {"robot.end_effectors.tip-2.envelope", "{position: 0.25}"},
+                      {"grasps[0].closes_on_arrival", "true"},
+                      {"grasps[1].closes_on_arrival", "true"},
+                      as_found});
 }
 
 }  // namespace grapnel::bench

@@ -10,6 +10,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel::bench {
 

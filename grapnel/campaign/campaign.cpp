@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -92,6 +93,28 @@ namespace {
 // alone, from their start, under the time limit. A number of steps and no time, so that it depends on the case alone.
 constexpr long kMostSteps = 50'000;
 
+// Whether a margin that ends a piece of motion may have come to zero in a step, of which the ends are known: between
+// them it is taken to change at most twice as fast as in the mean over this step or one of the two before
+// (docs/theory.md, section 6.5).
+class MarginBound {
+ public:
+  /// The margin at the end of the next step, or at the start of the motion.
+  bool may_fall(double t, double margin) {
+    const double before = margin_, elapsed = t - time_;
+    const bool first = !(elapsed > 0);
+    const double slope = first ? 0 : std::abs(margin - before) / elapsed;
+    const double fastest = 2 * std::max({slope, slopes_[0], slopes_[1]});
+    time_ = t, margin_ = margin;
+    slopes_ = {slope, slopes_[0]};
+    if (first) return !(margin > 0);
+    return !(margin > 0 && 0.5 * (before + margin - fastest * elapsed) > 0);
+  }
+
+ private:
+  double time_ = std::numeric_limits<double>::infinity(), margin_ = 0;
+  std::array<double, 2> slopes_{0, 0};  // of the last two steps
+};
+
 // A case on its way.
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
@@ -105,6 +128,7 @@ struct Flight {
   // Under way in lanes that ask it what acts (lanes::take_turn); null: they do not.
   std::unique_ptr<PhaseDynamics> dynamics;
   std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
+  MarginBound margin;          // of what ends it
 
   bool has_same_structure(const Flight& other) const {
     return !task->watch == !other.task->watch && *structure == *other.structure;
@@ -152,6 +176,18 @@ std::string message_of(const std::exception_ptr& thrown) {
   } catch (const ControllerError& error) {
     return error.what();
   }
+}
+
+// Whether the piece of motion that a flight is in may go on beyond a state, since what ends it has not come.
+bool goes_on(const lanes::LaneView& view, Flight& flight, State& state) {
+  if (!flight.task->stop || flight.trouble) return true;
+  state.q = view.q, state.v = view.v;
+  try {
+    return !flight.margin.may_fall(view.time, flight.task->stop(view.time, state));
+  } catch (const std::exception&) {
+    flight.trouble = std::current_exception();
+  }
+  return false;
 }
 
 Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -264,17 +300,14 @@ class LaneBlock {
   // To the next piece of motion that is for lanes, or to the end; what is not is integrated on the way.
   void go_on(Flight& flight) {
     while ((flight.task = flight.steps->next())) {
-      if (flight.task->only_here.empty()) {
-        IntegrationSetup integration = flight.task->integration;
-        integration.max_steps = std::min(integration.max_steps, kMostSteps);
-        const MotionTask& task = *flight.task;
-        if (lanes::lane_obstacle(*task.model, *task.setup, integration, task.begin, task.end).empty()) {
-          flight.structure = lanes::lane_structure(*flight.task->model, *flight.task->setup, integration);
-          // A step or more per tick, of all cases alike: no case keeps others waiting.
-          if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
-          return;
-        }
-      }
+      const MotionTask& task = *flight.task;
+      if (!reason_alone(task).empty()) continue;
+      IntegrationSetup integration = task.integration;
+      integration.max_steps = std::min(integration.max_steps, kMostSteps);
+      flight.structure = lanes::lane_structure(*task.model, *task.setup, integration);
+      // A step or more per tick, of all cases alike: no case keeps others waiting.
+      if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
+      return;
     }
     take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
   }
@@ -326,6 +359,7 @@ class LaneBlock {
         bool ready = false;
         attempt(flight, [&] {
           const MotionTask& task = *flight.task;
+          flight.margin = {};
           lane.id = next - 1;
           lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
           lanes::lane_case(structure, *task.model, *task.setup, task.start,
@@ -346,16 +380,18 @@ class LaneBlock {
         if (outcome.error) result.failure = message_of(outcome.error);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        // Alone it says what runs away, or why loops cannot be kept closed, and changes modes at a wheel's largest
-        // rate.
+        // Alone the rest is looked into closely, and modes change at a wheel's largest rate.
+        const bool goes_on_alone =
+            outcome.status == lanes::LaneStatus::handed_back || outcome.status == lanes::LaneStatus::at_largest_rate;
+        // Alone, from the start, it says what runs away, or why loops cannot be kept closed.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
-                               outcome.status == lanes::LaneStatus::at_largest_rate ||
-                               (!outcome.finished() && !outcome.error && !structure.loops.empty());
+                               (goes_on_alone && (dynamics || outcome.time == flight.task->begin)) ||
+                               (!goes_on_alone && !outcome.finished() && !outcome.error && !structure.loops.empty());
         if (too_long || for_alone) return dynamics ? start_anew(flight) : go_on(flight);
         const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
         if (dynamics) {
           dynamics->end_control(outcome.time);
-        } else if (clock && outcome.finished()) {
+        } else if (clock && (goes_on_alone || outcome.finished())) {
           lanes::end_control(*lane.motion, outcome, *clock);
         }
         flight.steps->integrated(std::move(result), measures_of(outcome));
@@ -373,9 +409,13 @@ class LaneBlock {
     const auto look = [&](const lanes::LaneView& view) {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
+    const auto gate = [&](const lanes::LaneView& view) { return goes_on(view, *together[view.id], state); };
     const bool watched = together.front()->task->watch != nullptr;
+    const bool may_stop =
+        std::any_of(together.begin(), together.end(), [](Flight* f) { return f->task->stop != nullptr; });
     lanes::run_lanes(structure, source, sink, set_for(together.size()),
-                     watched ? lanes::LaneWatch(look) : lanes::LaneWatch(), control);
+                     watched ? lanes::LaneWatch(look) : lanes::LaneWatch(),
+                     may_stop ? lanes::LaneGate(gate) : lanes::LaneGate(), control);
   }
 
   // Empty lanes cost as much as full ones, and AVX2 gives the same bits as AVX-512.
@@ -393,6 +433,15 @@ class LaneBlock {
 };
 
 }  // namespace
+
+std::string reason_alone(const MotionTask& task) {
+  if (!task.only_here.empty()) return task.only_here;
+  std::string reason = lanes::lane_obstacle(*task.model, *task.setup, task.integration, task.begin, task.end);
+  // A case that is handed back goes on from where it is, and what it has asked at a tick cannot be asked again.
+  if (reason.empty() && task.stop && lanes::lane_structure(*task.model, *task.setup, task.integration).control.by_case)
+    reason = "grasps close on arrival while sensors, controllers or thrusters work";
+  return reason;
+}
 
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
                                         const std::stop_token& stop) {

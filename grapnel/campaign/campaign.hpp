@@ -120,11 +120,14 @@ using BlockWork = std::function<std::vector<CaseRow>(const Block&, const std::st
 BlockWork block_work(const Campaign& campaign);
 
 /// The rows of a block's cases side by side: their pieces of motion are integrated in SIMD lanes, everything else case
-/// by case. A piece of motion that lanes do not know (loops, a base that is held or fixed, columns that need the
-/// loads of all phases) is integrated alone, as run_campaign_case() does it. Which pieces those are, and every number
-/// of a row, follow from the case alone. After a stop request fewer rows, or none.
+/// by case. A piece of motion that lanes do not know (reason_alone()) is integrated alone, as run_campaign_case()
+/// does it. Which pieces those are, and every number of a row, follow from the case alone. After a stop request fewer
+/// rows, or none.
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
                                         const std::stop_token& stop);
+
+/// Why a piece of motion is integrated alone; empty: it is for lanes.
+std::string reason_alone(const MotionTask& task);
 
 /// One case, one by one: as `block_work` without lanes does it. Nothing if it was stopped. A case that takes longer
 /// than the campaign's time limit is a failed row without values; the limit is looked at when the capture reports

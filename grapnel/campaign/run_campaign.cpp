@@ -13,7 +13,6 @@
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
@@ -156,7 +155,6 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"loops are cut", "integration.loops"},
     {"loops are kept closed otherwise than by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},
-    {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"a law moves the joints together", "post_impact.joints"},
     {"joints stick", "friction.model of the robot's joints"},
     {"joints have stops", "limits.stop of the robot's joints"},
@@ -170,8 +168,8 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"thrusters switch by the state", "without control"},
     {"the base's torque follows the arms continuously", "without control; base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},
-    {"a root is not free", "the robot's base"},
-    {"a base is held", "the robot's base"},
+    {"loops close on a base that is fixed or held", "the robot's base"},
+    {"grasps close on arrival while sensors, controllers or thrusters work", "closes_on_arrival, capture_at"},
 });
 
 std::string with_setting(const std::string& reason) {
@@ -238,9 +236,7 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
     std::set<std::string> said;
     bool watched = false;
     while (const MotionTask* task = steps.next()) {
-      std::string reason = task->only_here;
-      if (reason.empty())
-        reason = lanes::lane_obstacle(*task->model, *task->setup, task->integration, task->begin, task->end);
+      const std::string reason = reason_alone(*task);
       if (!reason.empty() && said.insert(task->phase + reason).second)
         lines.push_back(fmt::format("{} is integrated case by case instead of several at once: {}", task->phase,
                                     with_setting(reason)));

@@ -146,6 +146,9 @@ void ConservationMonitor::take(const PhaseMeasures& measures) {
     raise(group.growth.angular, tree.angular_deviation);
     raise(controlled_ ? group.work_energy : group.energy, tree.energy_deviation);
     raise(group.scale, tree.scale);
+    // Where the phase goes on with samples, these are against its start, too.
+    group.phase_energy = tree.start.size.inner_energy, group.at_phase_start = before;
+    group.in_phase = true;
   }
   scale_.linear_momentum = std::max(scale_.linear_momentum, measures.scale.linear_momentum);
   scale_.angular_momentum = std::max(scale_.angular_momentum, measures.scale.angular_momentum);

@@ -84,7 +84,8 @@ class ConservationMonitor {
   void begin_phase(bool controlled, bool integrated);
   /// One sample; the first of a group defines what it conserves.
   void sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals);
-  /// Instead of all samples of a phase: its measures. Deviations add to those that there were at its start.
+  /// Instead of all samples of a phase, or of its first part: its measures. Deviations add to those that there were at
+  /// its start.
   void take(const PhaseMeasures& measures);
   /// The phase's last integrals, so that the next phase goes on from there.
   void end_phase(const PhaseIntegrals& integrals);

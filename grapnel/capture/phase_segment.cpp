@@ -56,7 +56,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 }
 
 // Why a segment has to be integrated here; empty: it need not.
-std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup, bool stops_on_arrival) {
+std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
   if (run.monitor.looks_into_steps()) return "plumes, or gyros, are watched in every step";
@@ -70,7 +70,19 @@ std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup, bool
     if (run.monitor.watches_efforts() && std::any_of(setup.drives.begin(), setup.drives.end(), is_prescribed))
       return "efforts of joints that move as prescribed in closed loops are watched";
   }
-  return stops_on_arrival ? "grasps close on arrival" : "";
+  return {};
+}
+
+// What both parts of a piece have taken.
+void add_part(const PhaseOutcome& first, PhaseOutcome& whole) {
+  whole.rhs_evaluations += first.rhs_evaluations;
+  whole.steps += first.steps;
+  whole.rejected += first.rejected;
+  whole.quaternion_defect = std::max(whole.quaternion_defect, first.quaternion_defect);
+  whole.loops.rank = first.loops.rank;
+  whole.loops.unprojected.raise(first.loops.unprojected);
+  whole.loops.correction_total += first.loops.correction_total;
+  whole.loops.integration_error += first.loops.integration_error;
 }
 
 }  // namespace
@@ -121,7 +133,8 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   // Joints that follow a reference exactly are on it from the first instant on.
   bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
   describe(name, end, controlled);
-  task_.only_here = reason_for_here(run, dynamics_.setup(), stop_ != nullptr);
+  task_.only_here = reason_for_here(run, dynamics_.setup());
+  task_.stop = stop_;
   if (!task_.only_here.empty() || !monitor.watches()) return;
   if (monitor.watches_closely()) task_.longest_look = (end - bodies.time) / kLeastWatched;
   task_.watch = [this](double t, const State& state, std::span<const double> motor) {
@@ -147,15 +160,26 @@ void PhaseSegment::describe(const std::string& name, double end, bool controlled
 // --- Integration ---
 
 void PhaseSegment::take(PhaseOutcome outcome, const PhaseMeasures& measures) {
+  note(outcome, measures);
+  elsewhere_ = std::move(outcome);
+}
+
+void PhaseSegment::take_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step) {
+  note(outcome, measures);
+  resumed_ = PhaseResumption{task_.begin, outcome.integrals, next_step};
+  elsewhere_ = std::move(outcome);
+}
+
+// Somebody else has integrated and observed so much.
+void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measures) {
   if (!task_.only_here.empty())
     throw std::logic_error("a piece of motion that has to be integrated where the run is: " + task_.only_here);
   if (observed_) run_.monitor.take(measures);
   run_.monitor.note_last_look(outcome.end_time);
-  elsewhere_ = std::move(outcome);
 }
 
 bool PhaseSegment::await_resume() {
-  const PhaseOutcome outcome = elsewhere_ ? *std::move(elsewhere_) : integrate();
+  const PhaseOutcome outcome = elsewhere_ && !resumed_ ? *std::move(elsewhere_) : integrate();
   if (observed_) run_.monitor.end_phase(outcome);
   if (!outcome.finished) throw RunFailure(fmt::format("{}: {}", task_.phase, outcome.failure));
   run_.bodies.state = outcome.end_state;
@@ -168,8 +192,11 @@ bool PhaseSegment::await_resume() {
 }
 
 PhaseOutcome PhaseSegment::integrate() {
-  if (watched_elsewhere_) run_.monitor.restart_watch();
-  return observed_ && run_.monitor.needs_samples() ? integrate_with_samples() : integrate_between_looks();
+  if (watched_elsewhere_ && !resumed_) run_.monitor.restart_watch();
+  PhaseOutcome outcome =
+      observed_ && run_.monitor.needs_samples() ? integrate_with_samples() : integrate_between_looks();
+  if (resumed_) add_part(*elsewhere_, outcome);
+  return outcome;
 }
 
 // Who waits hears of every step.
@@ -198,7 +225,9 @@ PhaseOutcome PhaseSegment::integrate_between_looks() {
     };
     watch.probe = probe();
   }
-  return simulate_phase(dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
+  const State& start = resumed_ ? elsewhere_->end_state : task_.start;
+  const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
+  return simulate_phase(dynamics_, start, begin, task_.end, task_.integration, watch, stop_, resumed_);
 }
 
 PhaseOutcome PhaseSegment::integrate_with_samples() {
@@ -212,8 +241,10 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const auto observe = [&](const PhaseSample& sample) {
     run_.monitor.sample(sample, look++ % looks == 0 || sample.time == end);
   };
-  return simulate_phase(dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
-                        task_.integration, observe, stop_, probe(), each_step());
+  const State& start = resumed_ ? elsewhere_->end_state : task_.start;
+  const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
+  return simulate_phase(dynamics_, start, begin, end, interval / static_cast<double>(looks), task_.integration, observe,
+                        stop_, probe(), each_step(), resumed_);
 }
 
 }  // namespace grapnel

@@ -104,13 +104,16 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   const MotionTask& task() const { return task_; }
   /// It has been integrated elsewhere. @throws std::logic_error if it must not be.
   void take(PhaseOutcome outcome, const PhaseMeasures& measures);
+  /// The same of its first part, up to outcome.end_time; see CaptureSteps::integrated_in_part().
+  void take_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step);
 
-  /// What resumes the run: integrates here, if nobody has done so elsewhere.
+  /// What resumes the run: integrates here what nobody has integrated elsewhere.
   bool await_resume();
 
  private:
   explicit PhaseSegment(CaptureRun& run);
   void describe(const std::string& name, double end, bool controlled);
+  void note(const PhaseOutcome& outcome, const PhaseMeasures& measures);
   PhaseOutcome integrate();
   PhaseOutcome integrate_between_looks();
   PhaseOutcome integrate_with_samples();
@@ -123,8 +126,9 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   StopCondition arrival_;  // of an end-effector
   StopCondition stop_;     // that, or the end of the law that moves the joints
   MotionTask task_;
-  bool watched_elsewhere_ = false;  // MotionTask::watch has been called
-  std::optional<PhaseOutcome> elsewhere_;
+  bool watched_elsewhere_ = false;          // MotionTask::watch has been called
+  std::optional<PhaseOutcome> elsewhere_;   // of the whole, or of a part
+  std::optional<PhaseResumption> resumed_;  // after that part
 };
 
 }  // namespace grapnel

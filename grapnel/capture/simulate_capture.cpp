@@ -265,6 +265,11 @@ void CaptureSteps::integrated(PhaseOutcome outcome, const PhaseMeasures& measure
   work_->segment->take(std::move(outcome), measures);
 }
 
+void CaptureSteps::integrated_in_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step) {
+  if (!work_->segment) throw std::logic_error("CaptureSteps: there is no piece of motion to integrate");
+  work_->segment->take_part(std::move(outcome), measures, next_step);
+}
+
 CaptureResult CaptureSteps::finish() {
   if (!work_->body.done()) throw std::logic_error("CaptureSteps: the run has not ended");
   return std::move(work_->result);

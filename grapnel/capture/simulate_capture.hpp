@@ -48,6 +48,10 @@ struct MotionTask {
   /// it begins the looking anew. Valid until then.
   std::function<void(double t, const State&, std::span<const double> motor)> watch;
   double longest_look = std::numeric_limits<double>::infinity();  // [s]
+  /// What ends the motion before `end`, see StopCondition; null: nothing does. Whoever integrates the piece elsewhere
+  /// stops, at the latest, at the beginning of the step in which this falls to zero or below; integrated_in_part() then
+  /// looks into that step. Valid as `watch` is.
+  StopCondition stop;
 };
 
 /// The same captures with their pieces of motion handed out, so that they may be integrated elsewhere, as in lanes with
@@ -55,7 +59,7 @@ struct MotionTask {
 ///
 ///     CaptureSteps steps(problem, CaptureDetail::columns);
 ///     while (const MotionTask* task = steps.next()) {
-///       if (can be done elsewhere) steps.integrated(outcome, measures);  // else next() does it
+///       if (can be done elsewhere) steps.integrated(outcome, measures);  // else next() does it, or what is left of it
 ///     }
 ///     const CaptureResult result = steps.finish();
 class CaptureSteps {
@@ -79,6 +83,10 @@ class CaptureSteps {
   /// failure), end_time, end_state, integrals, and what the cost is made of. @throws std::logic_error if there is none,
   /// or it must not be.
   void integrated(PhaseOutcome outcome, const PhaseMeasures& measures);
+  /// The same up to outcome.end_time alone, before `end` and before `stop` falls to zero: next() does the rest, by the
+  /// steps that the whole would have had, of which the next is tried with `next_step` [s]. Sampled control is where it
+  /// was then.
+  void integrated_in_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step);
   /// The result, once next() has returned null. @throws std::logic_error before that.
   CaptureResult finish();
 

@@ -188,6 +188,10 @@ class DormandPrince853 : public Stepper<S> {
   template <RightHandSide<S> Rhs>
   StepStatus step(Rhs&& rhs);
 
+  /// The size that the next step tries first, in place of what start() has chosen: of an integration that goes on where
+  /// another one has stopped. Throws std::invalid_argument unless it is positive and finite.
+  void propose_step(double size);
+
   /// Evaluates the stages that dense output in the last step needs, unless they are there (3 evaluations). Throws
   /// std::logic_error if there is no completed step.
   template <RightHandSide<S> Rhs>
@@ -287,6 +291,12 @@ double DormandPrince853<S>::choose_initial_step(Rhs& rhs) {
   for (int i = 0; i < this->size(); ++i) error5_[i] = stage(2)[i] - this->derivative_[i];
   const double second = norm_(this->state_, error5_) / euler;
   return dop853::first_step(euler, size_f, second, longest, [](double x) { return std::pow(0.01 / x, 1.0 / 8.0); });
+}
+
+template <class S>
+void DormandPrince853<S>::propose_step(double size) {
+  if (!(size > 0.0 && std::isfinite(size))) throw std::invalid_argument("propose_step: the size must be positive");
+  proposed_step_ = size;
 }
 
 template <class S>

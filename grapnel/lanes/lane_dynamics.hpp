@@ -6,8 +6,8 @@
 /// of motors and of friction, and all the others where anything acts from outside. Control laws, friction, what acts
 /// from outside and the kernels are the same text (simulate/{joint_control,attitude_control,orbit,external_load,
 /// phase_integrals}.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
-/// PhaseDynamics has held roots and events between them, and lanes leave out for all cases at once what none of them
-/// has. Closed loops are in lane_loops.hpp.
+/// PhaseDynamics has events between them, and lanes leave out for all cases at once what none of them has. Closed loops
+/// are in lane_loops.hpp.
 ///
 /// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
 /// have rotors) and numbers per lane.
@@ -125,6 +125,7 @@ class LaneCommands {
         most_(tables.control.is_sampled ? tables.control.most_on_their_way : 0),
         held_(numbers_),
         said_(numbers_),
+        held_before_(numbers_),
         queue_(most_ * numbers_) {}
 
   /// From now on a lane has this command.
@@ -149,11 +150,19 @@ class LaneCommands {
 
   /// What an interval's beginning does in a lane; what laws say there has been said.
   void enter(int lane, const LaneInterval& interval) {
+    for (int i = 0; i < numbers_; ++i) held_before_[i].set(lane, held_[i].get(lane));
+    first_before_[lane] = first_[lane], waiting_before_[lane] = waiting_[lane];
     for (int k = 0; k < interval.due; ++k) act(lane);
     if (!interval.samples) return;
     const int at = (first_[lane] + waiting_[lane]++) % most_ * numbers_;
     for (int i = 0; i < numbers_; ++i) queue_[at + i].set(lane, said_[i].get(lane));
     if (interval.acts_at_once) act(lane);
+  }
+
+  /// Takes the last enter() back: what was on its way is still in its place in the ring.
+  void take_back(int lane) {
+    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, held_before_[i].get(lane));
+    first_[lane] = first_before_[lane], waiting_[lane] = waiting_before_[lane];
   }
 
   int on_their_way(int lane) const { return waiting_[lane]; }
@@ -174,9 +183,10 @@ class LaneCommands {
   }
 
   int numbers_, most_;
-  LaneArray<S> held_, said_;
+  LaneArray<S> held_, said_, held_before_;
   LaneArray<S> queue_;  // a ring per lane
   int first_[S::kWidth] = {}, waiting_[S::kWidth] = {};
+  int first_before_[S::kWidth] = {}, waiting_before_[S::kWidth] = {};
 };
 
 /// What drives a joint, its friction, and its spring with a damper.
@@ -257,14 +267,16 @@ class LaneDynamics {
   const S* thrust() const {
     return tables_.control.has_thrusters ? commands_.held_from(tables_.control.channels + 3) : nullptr;
   }
+  void add_ground(S* rates);
   // Else what sampled control holds acts.
   bool laws_speak() const { return !tables_.control.is_sampled || is_sampling_; }
 
   const PhaseTables& tables_;
   Tree<S> tree_;
   DynamicsWorkspace<S> workspace_;
-  LaneFreeBodies<S> free_;  // roots that carry nothing,
-  Tree<S> jointed_;         // and the others with what they carry
+  LaneFreeBodies<S> free_;   // roots that carry nothing,
+  Tree<S> jointed_;          // and the others with what they carry
+  LaneArray<S, int> place_;  // of a link in that
   DynamicsWorkspace<S> jointed_workspace_;
   LaneLoops<S> loops_;  // in them
   LaneOutside<S> outside_;
@@ -281,8 +293,9 @@ class LaneDynamics {
   LaneArray<S, std::uint8_t> prescribed_, commanded_, is_wheel_;
   LaneArray<S, RootMomentum<S>> momenta_, fresh_;
   int roots_ = 0;
-  bool any_driven_ = false, any_computed_ = false;
-  Mask contradicted_ = Mask::from_bits(0);  // lanes in which closed loops let nothing move
+  int held_ = -1;                                   // where the velocities of a held root begin; none: -1
+  bool any_driven_ = false, any_computed_ = false;  // the former also where a root is held
+  Mask contradicted_ = Mask::from_bits(0);          // lanes in which closed loops let nothing move
   S momenta_time_ = S(0.0);
 };
 
@@ -290,6 +303,7 @@ template <class S>
 LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     : tables_(tables),
       free_(tables),
+      place_(tables.link_count),
       loops_(tables, jointed_),
       outside_(tables, free_),
       wheels_(tables),
@@ -317,8 +331,12 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     tree_.links.push_back({l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, Pose<S>::identity(),
                            RigidBodyInertia<S>::zero(), S(0.0), l.has_armature});
     roots_ += l.joint == JointType::free;
+    if (l.joint == JointType::free && l.is_grounded) {
+      held_ = l.v;
+      for (int k = 0; k < 6; ++k) prescribed_[l.v + k] = commanded_[l.v + k] = 1;
+    }
     const bool is_prescribed = l.output == ControlOutput::motion, is_computed = l.output == ControlOutput::acceleration;
-    any_driven_ = any_driven_ || l.output != ControlOutput::none;
+    any_driven_ = any_driven_ || l.output != ControlOutput::none || held_ >= 0;
     any_computed_ = any_computed_ || is_computed;
     if (!has_one_axis(l.joint)) continue;
     prescribed_[l.v] = is_prescribed;
@@ -328,15 +346,14 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
   workspace_ = DynamicsWorkspace<S>(tree_);
   jointed_.coordinates = tables.coordinates;
   jointed_.velocities = tables.velocities;
-  LaneArray<S, int> place(tables.link_count);  // of a link in jointed_
   for (int i = 0; i < tables.link_count; ++i) {
     if (free_.holds(i)) continue;
-    place[i] = static_cast<int>(jointed_.links.size());
+    place_[i] = static_cast<int>(jointed_.links.size());
     jointed_.links.push_back(tree_.links[static_cast<std::size_t>(i)]);
-    if (tables.links[i].parent >= 0) jointed_.links.back().parent = place[tables.links[i].parent];
+    if (tables.links[i].parent >= 0) jointed_.links.back().parent = place_[tables.links[i].parent];
   }
   jointed_workspace_ = DynamicsWorkspace<S>(jointed_);
-  loops_.lay_out(place);
+  loops_.lay_out(place_);
 }
 
 template <class S>
@@ -448,6 +465,10 @@ void LaneDynamics<S>::impose(S* y) {
     y[link.q] = references_[i].position;
     y[tables_.coordinates + link.v] = references_[i].rate;
     given_[link.v] = references_[i].acceleration;
+  }
+  for (int k = 0; held_ >= 0 && k < 6; ++k) {
+    y[tables_.coordinates + held_ + k] = S(0.0);
+    given_[held_ + k] = S(0.0);
   }
 }
 
@@ -587,6 +608,17 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
   if (any_computed_ && laws_speak()) command(y);
 }
 
+// What the ground gives fixed roots and the one that is held, of the accelerations just worked out: a root's
+// articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
+template <class S>
+void LaneDynamics<S>::add_ground(S* rates) {
+  for (int i = 0; i < tables_.link_count; ++i) {
+    if (!tables_.links[i].is_grounded) continue;
+    const LinkScratch<S>& root = jointed_workspace_.links[static_cast<std::size_t>(place_[i])];
+    outside_.add_ground(i, root.I * root.A + root.p, rates);
+  }
+}
+
 template <class S>
 void LaneDynamics<S>::sample(const S& t, S* y) {
   is_sampling_ = true;
@@ -633,7 +665,9 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   for (int i = 0; i < tables_.integral_count; ++i) rates[i] = S(0.0);
   rates[phase_integral::kMotorWork] = motor_power;
   rates[phase_integral::kFrictionWork] = friction_power;
-  if (outside_.acts()) outside_.add_rates(tree_, rates);
+  if (!outside_.acts()) return;
+  outside_.add_rates(tree_, rates);
+  if (tables_.outside.has_ground) add_ground(rates);
 }
 
 }  // namespace grapnel::lanes

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Free bodies that carry nothing, such as targets before they are grasped, in packs: rigid bodies need no recursion
-/// and no solution of six equations.
+/// Free bodies that carry nothing and are not held, such as targets before they are grasped, in packs: rigid bodies
+/// need no recursion and no solution of six equations.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/pack.hpp"
@@ -49,7 +49,8 @@ class LaneFreeBodies {
  public:
   explicit LaneFreeBodies(const PhaseTables& tables)
       : tables_(tables), is_free_(tables.link_count), bodies_(tables.link_count) {
-    for (int i = 0; i < tables.link_count; ++i) is_free_[i] = tables.links[i].joint == JointType::free;
+    for (int i = 0; i < tables.link_count; ++i)
+      is_free_[i] = tables.links[i].joint == JointType::free && !tables.links[i].is_grounded;
     for (int i = 0; i < tables.link_count; ++i) {
       if (tables.links[i].parent >= 0) is_free_[tables.links[i].parent] = 0;
     }

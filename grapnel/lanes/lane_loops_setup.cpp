@@ -18,7 +18,11 @@ std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   if (setup.closures.empty()) return {};
   if (!setup.project_loops || setup.loop_feedback != 0) return "loops are kept closed otherwise than by projection";
   for (const LoopClosure& closure : setup.closures) {
-    if (!make_loop_path(model, closure).one_tree()) return "closures tie two trees";
+    const LoopPath path = make_loop_path(model, closure);
+    if (!path.one_tree()) return "closures tie two trees";
+    const int root = model.bodies()[static_cast<std::size_t>(closure.body_a)].root;
+    const bool is_fixed = model.bodies()[static_cast<std::size_t>(root)].description.joint.type == JointType::fixed;
+    if (is_fixed || root == setup.held_root) return "loops close on a base that is fixed or held";
   }
   return {};
 }

@@ -64,6 +64,8 @@ class LaneOutside {
   void push(const LaneFreeBodies<S>& free, S* vdot) const;
   /// Adds to the rates of phase_integral.
   void add_rates(const Tree<S>& tree, S* rates);
+  /// The same, after that, of the wrench that keeps a root's link where it is: about the link's origin, in its axes.
+  void add_ground(int link, const Wrench<S>& F_L, S* rates) const;
 
  private:
   using TreeMotion = phase_integral::TreeMotion<S>;
@@ -309,6 +311,14 @@ void LaneOutside<S>::add_rates(const Tree<S>& tree, S* rates) {
     phase_integral::add_wrench<S>(rates, t, trees_[t], wrench_[i].linear, motion_[i].X_WL.p, wrench_[i].angular,
                                   dot(wrench_[i], motion_[i].V_WL));
   }
+}
+
+template <class S>
+void LaneOutside<S>::add_ground(int link, const Wrench<S>& F_L, S* rates) const {
+  const int t = tables_.tree_of[link];
+  const Pose<S>& X_WL = motion_[link].X_WL;
+  const Wrench<S> F = X_WL.R * F_L;
+  phase_integral::add_wrench<S>(rates, t, trees_[t], F.linear, X_WL.p, F.angular, S(0.0));
 }
 
 }  // namespace grapnel::lanes

@@ -50,6 +50,10 @@ OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
   table.wheel_count = static_cast<int>(setup.wheels.size());
   table.has_thrusters = setup.actuators.thrusters != nullptr;
   table.has_outer_torque = root >= 0 && setup.wheels.empty() && !table.has_thrusters && !setup.actuators.one_by_one;
+  const std::vector<TreeLink<double>>& links = model.tree().links;
+  table.has_ground = setup.held_root >= 0 || std::any_of(links.begin(), links.end(), [](const TreeLink<double>& link) {
+                       return link.joint == JointType::fixed;
+                     });
   return table;
 }
 

@@ -19,8 +19,14 @@ constexpr int kWidest = 8;
 class Exchange {
  public:
   Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
-           const LaneWatch& watch, const LaneControl& control)
-      : structure_(structure), tables_(tables), source_(source), sink_(sink), watch_(watch), control_(control) {
+           const LaneWatch& watch, const LaneGate& gate, const LaneControl& control)
+      : structure_(structure),
+        tables_(tables),
+        source_(source),
+        sink_(sink),
+        watch_(watch),
+        gate_(gate),
+        control_(control) {
     outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
@@ -58,6 +64,7 @@ class Exchange {
     if (numbers_.size() < phase_integral::kWholeCount) numbers_.resize(phase_integral::kWholeCount);  // nothing outside
     o.integrals = phase_integrals(numbers_);
     o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
+    o.next_step = r.next_step;
     o.quaternion_defect = r.quaternion_defect;
     o.loops = r.loops;
     o.trees.assign(r.trees, r.trees + tables_.tree_count);
@@ -69,10 +76,7 @@ class Exchange {
   }
 
   void look(int lane, const CaseLook& l) {
-    view_.id = cases_[lane].id;
-    view_.time = l.time;
-    view_.q.assign(l.q, l.q + structure_.coordinates);
-    view_.v.assign(l.v, l.v + structure_.velocities);
+    see(view_, lane, l.time, l.q, l.v);
     view_.motor.assign(l.motor, l.motor + structure_.links.size());
     watch_(view_);
   }
@@ -92,7 +96,19 @@ class Exchange {
     return std::numeric_limits<double>::quiet_NaN();
   }
 
+  bool counts(int lane, double time, const double* q, const double* v) {
+    see(end_of_step_, lane, time, q, v);
+    return gate_(end_of_step_);
+  }
+
  private:
+  void see(LaneView& view, int lane, double time, const double* q, const double* v) const {
+    view.id = cases_[lane].id;
+    view.time = time;
+    view.q.assign(q, q + structure_.coordinates);
+    view.v.assign(v, v + structure_.velocities);
+  }
+
   void check(const LaneCase& c) const {
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     if (c.links.size() != structure_.links.size() * size(kLinkNumbers) ||
@@ -142,11 +158,12 @@ class Exchange {
   const LaneSource& source_;
   const LaneSink& sink_;
   const LaneWatch& watch_;
+  const LaneGate& gate_;
   const LaneControl& control_;
   LaneCase cases_[kWidest];  // per lane
   LaneOutcome outcome_;
   std::vector<double> numbers_;  // of the integrals
-  LaneView view_;
+  LaneView view_, end_of_step_;
   LaneTurn turn_;
   std::exception_ptr errors_[kWidest];  // that broke off the lane's case
 };
@@ -236,6 +253,8 @@ std::string explanation(const LaneOutcome& outcome) {
                          outcome.time, kRunaway);
     case LaneStatus::broken_off:
       return fmt::format("at t = {:.9g} s it was broken off by what its control threw", outcome.time);
+    case LaneStatus::handed_back:
+      return fmt::format("at t = {:.9g} s the next step does not count, and the case is to go on alone", outcome.time);
     case LaneStatus::at_largest_rate:
       return fmt::format("at t = {:.9g} s a reaction wheel comes near its largest rate, which lanes do not follow",
                          outcome.time);
@@ -251,7 +270,7 @@ std::string explanation(const LaneOutcome& outcome) {
 }
 
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch, const LaneControl& control) {
+               const LaneWatch& watch, const LaneGate& gate, const LaneControl& control) {
   if (!is_supported(set)) {
     throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " does not run here");
   }
@@ -259,7 +278,7 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
     throw std::invalid_argument("run_lanes: cases are to say what acts, and nobody is there to be asked");
   const Trees trees(structure.links);
   const PhaseTables tables = tables_of(structure, trees);
-  Exchange exchange(structure, tables, source, sink, watch, control);
+  Exchange exchange(structure, tables, source, sink, watch, gate, control);
   CaseExchange calls{};
   calls.context = &exchange;
   calls.next = [](void* context, int lane, CaseRecord& record) {
@@ -276,6 +295,11 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
   calls.turn = [](void* context, int lane, const CaseTurn& turn, double* command) {
     return static_cast<Exchange*>(context)->turn(lane, turn, command);
   };
+  if (gate) {
+    calls.counts = [](void* context, int lane, double time, const double* q, const double* v) {
+      return static_cast<Exchange*>(context)->counts(lane, time, q, v);
+    };
+  }
   unit_of(set)(tables, calls);
 }
 

@@ -2,8 +2,8 @@
 
 /// @file
 /// Many cases of one phase integrated at once, one in every SIMD lane: for campaigns, whose cases have one structure
-/// and differ in their numbers. What simulate_phase() does for one case, where no root is held or
-/// fixed; lane_phase_setup.hpp makes structures and cases of models and phase setups.
+/// and differ in their numbers. What simulate_phase() does for one case; lane_phase_setup.hpp makes structures and
+/// cases of models and phase setups.
 ///
 /// A case's numbers depend on the case alone, bit for bit: not on the cases beside it, their order or number, nor on
 /// the instruction set among those with fused products. Thread safety: run_lanes() is re-entrant; each call has its own
@@ -33,7 +33,7 @@ struct LaneStructure {
   std::vector<int> quaternions;  // offsets among the coordinates
   int piece_numbers = 0;         // of all driven links' pieces and all loads: a block
   int noise_numbers = 0;
-  OutsideTable outside{false, false, false, -1, 0, 0, false, false};
+  OutsideTable outside{false, false, false, -1, 0, 0, false, false, false};
   std::vector<LoadTable> loads;
   int outside_numbers() const {
     if (!outside.has_numbers()) return 0;
@@ -89,6 +89,8 @@ struct LaneTurn {
 };
 
 /// What became of a case. On failure q, v and the rest are those of the last accepted step.
+/// What became of a case. On failure q, v and the rest are those of the last accepted step, and where the next did not
+/// count (LaneStatus::handed_back, at_largest_rate) they are all that it takes to go on.
 struct LaneOutcome {
   std::uint64_t id = 0;
   LaneStatus status = LaneStatus::finished;
@@ -96,6 +98,7 @@ struct LaneOutcome {
   std::vector<double> q, v;  // there
   PhaseIntegrals integrals;
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
+  double next_step = 0;               // that it tries, or has tried, first from there [s]
   double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
   std::vector<LaneTreeRecord> trees;  // in the order of their roots
   LaneLoopRecord loops{};
@@ -113,18 +116,23 @@ using LaneSource = std::function<bool(LaneCase&)>;
 using LaneSink = std::function<void(const LaneCase&, const LaneOutcome&)>;
 /// Looks at cases while they move, a case's times in their order: at breaks of trajectories as what follows has it.
 using LaneWatch = std::function<void(const LaneView&)>;
+/// Asked with a case's state at its start, and at the end of every step before that counts: false: the case ends where
+/// the step began, with LaneStatus::handed_back. The view has no motor efforts; nothing of what follows at a break, nor
+/// of what sampled control says there, has happened. What it says must follow from the case alone.
+using LaneGate = std::function<bool(const LaneView&)>;
 
 /// Says what acts in a case from now on, a case's turns in their order: fills in a command, of
 /// ControlTable::command_numbers(). Until when: the interval's end, or an edge before. What it throws breaks the case
 /// off, and no other.
 using LaneControl = std::function<double(const LaneTurn&, std::span<double> command)>;
 
-/// Integrates all cases from `source`, each from its motion's start to its end, shows every state on the way to
-/// `watch`, if there is one, and hands what became of them to `sink`. What any of them throws passes through.
+/// Integrates all cases from `source`, each from its motion's start to its end or to a step that does not pass `gate`,
+/// shows every state on the way to `watch`, and hands what became of them to `sink`; without a gate or a watch nobody
+/// asks or looks. What any of them throws passes through.
 /// @throws std::invalid_argument if a case's sizes do not fit the structure, its end lies before its start, its longest
 /// step is not positive, the structure's tolerances are unusable, cases are to say what acts and there is no `control`,
 /// or the set is not supported here.
 void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
-               const LaneWatch& watch = {}, const LaneControl& control = {});
+               const LaneWatch& watch = {}, const LaneGate& gate = {}, const LaneControl& control = {});
 
 }  // namespace grapnel::lanes

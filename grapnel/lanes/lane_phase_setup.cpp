@@ -88,9 +88,14 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.parent = link.parent, t.joint = link.joint, t.axis = link.axis, t.rotated = link.rotated;
     t.has_armature = link.armature != 0;
     t.is_massless = link.inertia.mass == 0;
+    t.is_grounded = link.joint == JointType::fixed;
     t.q = link.q, t.v = link.v, t.sign = link.sign;
     t.piece = t.tones = t.channel = t.wheel = -1;
     tables.push_back(t);
+  }
+  if (setup.held_root >= 0) {
+    const Body& held = model.bodies().at(static_cast<std::size_t>(setup.held_root));
+    tables[static_cast<std::size_t>(held.placement.link)].is_grounded = true;
   }
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
@@ -217,7 +222,8 @@ void write_link(const TreeLink<double>& link, double* out) {
 bool matches(const LinkTable& own, const LinkTable& shared) {
   const bool same_tree = own.parent == shared.parent && own.joint == shared.joint && own.axis == shared.axis &&
                          own.q == shared.q && own.v == shared.v && own.sign == shared.sign &&
-                         own.control == shared.control && own.channel == shared.channel && own.wheel == shared.wheel;
+                         own.control == shared.control && own.channel == shared.channel && own.wheel == shared.wheel &&
+                         own.is_grounded == shared.is_grounded;
   const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
   return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
          allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
@@ -248,7 +254,6 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled)
     return "reaction wheels keep speeds of their own continuously";
   if (!gyros.empty() || steering) return "motors of control moment gyros work";
-  if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";
   // Works are integrated of one tree.
   const int driven_root =
@@ -267,10 +272,12 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
       return "dampers work elsewhere than in the robot";
   }
-  if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
-  for (const TreeLink<double>& link : model.tree().links) {
-    if (link.parent < 0 && link.joint != JointType::free) return "a root is not free";
+  if (held_root >= 0) {
+    const Body& held = model.bodies().at(static_cast<std::size_t>(held_root));
+    if (held.parent >= 0 || held.description.joint.type != JointType::free || (attitude && attitude->root == held_root))
+      return "what is held is no free root, or under attitude control";
   }
+  if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   return loop_obstacle(model, setup);
 }
 
@@ -412,6 +419,7 @@ void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlCl
   const double same = break_resolution(motion.start_time, motion.end_time);
   double begin = motion.start_time;
   for (const LaneInterval& interval : motion.intervals) {
+    if (begin > outcome.time) break;
     LaneInterval same_again{};
     advance(clock, begin, same, same_again);
     begin = interval.end;

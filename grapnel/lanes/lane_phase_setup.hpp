@@ -17,7 +17,8 @@ namespace grapnel::lanes {
 
 /// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field, attitude
 /// control, from outside or by reaction wheels below their largest rates, sampled control of any kind, thrusters under
-/// it, and loops of a tree that are kept closed by projection, but no fixed or held roots and no method but adaptive_8.
+/// it, loops of a tree that are kept closed by projection on a base that floats, fixed roots and a held one, but no
+/// method but adaptive_8.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
 /// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from
@@ -52,8 +53,8 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
 double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const LaneTurn& turn,
                  std::span<double> command);
 
-/// Sets a clock, which is as it was when the motion was made of it, to where a finished case has left it whose laws
-/// spoke in lanes.
+/// Sets a clock, which is as it was when the motion was made of it, to where a case whose laws spoke in lanes has left
+/// it, that is finished or has been handed back.
 void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock);
 
 }  // namespace grapnel::lanes

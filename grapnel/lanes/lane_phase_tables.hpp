@@ -29,6 +29,7 @@ struct LinkTable {
   bool has_spring;
   bool has_damper;    // beside it
   bool is_massless;   // what lies between two joints of one place
+  bool is_grounded;   // a root that is fixed, or held at its pose
   bool is_cycloidal;  // some piece of its trajectory is
   int q;
   int v;
@@ -96,9 +97,10 @@ struct OutsideTable {
   int wheel_count;        // that give its torque
   bool has_outer_torque;  // it acts from outside
   bool has_thrusters;     // push it
+  bool has_ground;        // which keeps a root where it is
   bool operator==(const OutsideTable&) const = default;
   constexpr bool acts() const {
-    return has_gravity || has_orbit || has_outer_torque || has_thrusters || load_count > 0;
+    return has_gravity || has_orbit || has_outer_torque || has_thrusters || load_count > 0 || has_ground;
   }
   constexpr bool has_numbers() const { return acts() || attitude_link >= 0; }
 };
@@ -188,9 +190,11 @@ struct CaseRecord {
   int on_their_way;        // its way then
 };
 
-/// broken_off: what was asked where an interval begins could not go on. at_largest_rate: a wheel comes near its largest
-/// rate, where modes change at events, which lanes do not have. loops_in_doubt: closed loops come near a configuration
-/// in which their rows change rank, or they cannot be closed. In these two the case is to be integrated alone.
+/// broken_off: what was asked where an interval begins could not go on. handed_back: a step does not count, so who was
+/// asked has said (CaseExchange::counts). at_largest_rate: a wheel comes near its largest rate, where modes change at
+/// events, which lanes do not have; the step in which it may get there does not count. In these two the case has ended
+/// where that step began, to go on alone. loops_in_doubt: closed loops come near a configuration in which their rows
+/// change rank, or they cannot be closed: the case is to be integrated alone.
 enum class LaneStatus : std::uint8_t {
   finished,
   step_too_small,
@@ -198,6 +202,7 @@ enum class LaneStatus : std::uint8_t {
   non_finite,
   unstable_control,
   broken_off,
+  handed_back,
   at_largest_rate,
   loops_in_doubt
 };
@@ -263,6 +268,7 @@ struct CaseResult {
   std::int64_t steps;
   std::int64_t rejected;
   std::int64_t evaluations;
+  double next_step;  // that the case tries, or has tried, first from here
   double quaternion_defect;
   const LaneTreeRecord* trees;  // PhaseTables::tree_count of them, in the order of their roots
   LaneLoopRecord loops;
@@ -281,6 +287,9 @@ struct CaseExchange {
   /// ControlTable::by_case: writes the command that acts in a lane's case from now on. Until when: the interval's end,
   /// or an edge before; NaN: the case is broken off.
   double (*turn)(void* context, int lane, const CaseTurn& turn, double* command);
+  /// Asks, before that, whether a step that has been accepted counts, with the state at its end, or whether a case may
+  /// begin, with that at its start; null: all do.
+  bool (*counts)(void* context, int lane, double time, const double* q, const double* v);
 };
 
 // The lane stepper, once per instruction set; each is defined where it is compiled for its set.

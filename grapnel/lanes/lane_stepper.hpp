@@ -97,7 +97,8 @@ struct LaneState {
   bool broken = false;      // the derivative at its start is not finite
   bool runs_away = false;   // sampled control is unstable
   bool broken_off = false;  // by what its case was asked
-  bool leaves = false;      // a wheel comes near its largest rate
+  bool refused = false;     // the step under way does not count, or the case may not begin
+  bool leaves = false;      // that is so since a wheel comes near its largest rate
   bool in_doubt = false;    // closed loops are near a change of rank, or cannot be closed
   CaseRecord record{};
   const LaneInterval* interval = nullptr;
@@ -107,6 +108,7 @@ struct LaneState {
   double end = 0;       // of the step under way
   double wanted = 0;    // its size before it was fitted to the interval's end
   double proposed = 0;  // size of the next
+  double first = 0;     // that which the step under way was first tried with
   double longest = 0;   // that any may have
   double defect = 0;    // largest of a quaternion's norm
   std::int64_t accepted = 0, rejections = 0, evaluations = 0;
@@ -149,8 +151,8 @@ class LaneStepper {
     return lane.end == lane.interval->end ? lane.interval[1] : *lane.interval;
   }
   S enter_intervals(unsigned accepted);
-  void leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
-                               const S& h);
+  unsigned ask(unsigned lanes, const S* y);
+  unsigned near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end, const S& h);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
   void ask_case(int lane, bool is_first, const LaneInterval& interval, const S* y);
   bool has_loops() { return dynamics_.loops().any(); }
@@ -326,6 +328,7 @@ void LaneStepper<S>::begin(unsigned starting) {
   }
   for (int i = 0; i < size_; ++i) stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
   const unsigned sound = finite(stage(1)).bits();
+  ask(starting & sound, trial_.data());
   show(starting & sound, trial_.data());
   for (int l = 0; l < kWidth; ++l) {
     if (((starting >> l) & 1U) == 0) continue;
@@ -340,20 +343,37 @@ void LaneStepper<S>::begin(unsigned starting) {
     deviations_[i].begin(lanes, fresh_trees_[i].size);
   }
   if (has_loops()) open_.take(lanes, loop_defects());
-  if (dynamics_.wheels().any()) leave_near_largest_rate(starting, y_.data(), y_.data(), stage(1), stage(1), S(0.0));
+  near_largest_rate(starting, y_.data(), y_.data(), stage(1), stage(1), S(0.0));
   choose_first_steps(starting);
+}
+
+// Of these lanes, in the state y, those whose cases are to be handed back.
+template <class S>
+unsigned LaneStepper<S>::ask(unsigned lanes, const S* y) {
+  if (exchange_.counts == nullptr) return 0;
+  unsigned refused = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    if (((lanes >> l) & 1U) == 0) continue;
+    for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
+    for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+    lanes_[l].refused = !exchange_.counts(exchange_.context, l, lanes_[l].end, result_q_.data(), result_v_.data());
+    if (lanes_[l].refused) refused |= 1U << l;
+  }
+  return refused;
 }
 
 // Of these lanes, those in which a wheel may have come to its largest rate between two states.
 template <class S>
-void LaneStepper<S>::leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt,
-                                             const S* dydt_end, const S& h) {
+unsigned LaneStepper<S>::near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
+                                           const S& h) {
+  if (!dynamics_.wheels().any()) return 0;
   const int nq = tables_.coordinates;
   const unsigned near =
       lanes & dynamics_.wheels().near_largest_rate(y + nq, y_end + nq, dydt + nq, dydt_end + nq, h).bits();
   for (int l = 0; l < kWidth; ++l) {
-    if (((near >> l) & 1U) != 0) lanes_[l].leaves = true;
+    if (((near >> l) & 1U) != 0) lanes_[l].refused = lanes_[l].leaves = true;
   }
+  return near;
 }
 
 // Prescribed joints where they are prescribed, in these lanes loops closed, and roots where momenta have them.
@@ -407,6 +427,7 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
     ++lane.evaluations;
     lane.proposed = dop853::first_step(euler[l], size_f.get(l), change.get(l) / euler[l], longest[l],
                                        [](double x) { return inverse_eighth_root(100.0 * x); });
+    lane.first = lane.proposed;
   }
 }
 
@@ -440,6 +461,7 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   result.steps = lane.accepted;
   result.rejected = lane.rejections;
   result.evaluations = lane.evaluations;
+  result.next_step = lane.first;
   result.quaternion_defect = lane.defect;
   for (int i = 0; i < tables_.tree_count; ++i) result_trees_[i] = deviations_[i].get(l, start_trees_[i], now_trees_[i]);
   result.trees = result_trees_.data();
@@ -482,7 +504,7 @@ template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
   if (lane.broken_off) return status = LaneStatus::broken_off, false;
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
-  if (lane.leaves) return status = LaneStatus::at_largest_rate, false;
+  if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::handed_back, false;
   if (lane.in_doubt) return status = LaneStatus::loops_in_doubt, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
@@ -536,7 +558,7 @@ void LaneStepper<S>::attempt() {
   S sum5, sum3;
   norm_.sums(y_.data(), end_.data(), error5_.data(), error3_.data(), sum5, sum3);
   const S error = dop853::combined_error(h, sum5, sum3, tables_.dimension);
-  const unsigned accepted = active & (error <= S(1.0)).bits();
+  unsigned accepted = active & (error <= S(1.0)).bits();
   if (has_loops()) leave_in_doubt(active);
   unsigned good = 0;
   S defect(0.0);
@@ -544,6 +566,7 @@ void LaneStepper<S>::attempt() {
     defect = normalize(end_.data());
     const S t_new = enter_intervals(accepted);
     settle(accepted, t_new, end_.data(), loop_limits::kNegligible);
+    accepted &= ~ask(accepted, end_.data());
     unsigned entering = 0;
     for (int l = 0; l < kWidth; ++l) {
       if (((accepted >> l) & 1U) != 0 && enters(lanes_[l])) entering |= 1U << l;
@@ -551,10 +574,14 @@ void LaneStepper<S>::attempt() {
     take_commands(0, entering, t_new, end_.data());
     dynamics_(t_new, end_.data(), stage(13));
     good = accepted & finite(stage(13)).bits();
+    const unsigned near = near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
+    for (int l = 0; l < kWidth; ++l) {
+      if (((near & entering) >> l & 1U) != 0) dynamics_.commands().take_back(l);
+    }
+    good &= ~near;
     show(good, end_.data());
     const Mask lanes = Mask::from_bits(good);
     if (has_loops()) note_loops(accepted, lanes, error);
-    if (dynamics_.wheels().any()) leave_near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
     for (int i = 0; i < size_; ++i) {
       y_[i] = select(lanes, end_[i], y_[i]);
       stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
@@ -653,11 +680,13 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
     const bool fits = ((accepted >> l) & 1U) != 0;
     const bool is_next = fits && enters(lane);
     lane.evaluations += 11 + (fits ? 1 : 0);
+    if (lane.refused) continue;
     const double e = error.get(l);
     if (((good >> l) & 1U) != 0) {
       lane.proposed = dop853::size_after_accepted(lane.step, inverse_eighth_root(e), lane.rejected);
       // A step cut short by the end says nothing more.
       if (lane.last) lane.proposed = dop853::larger(lane.proposed, lane.wanted);
+      lane.first = lane.proposed;
       lane.time = lane.end;
       ++lane.accepted;
       lane.defect = dop853::larger(lane.defect, defect.get(l));

@@ -3,7 +3,8 @@
 /// @file
 /// Reaction wheels in packs: how a torque on the base is shared among their motors, (1) of
 /// simulate/reaction_wheels.hpp. Here all wheels are free: a case in which one comes near its largest rate leaves the
-/// lanes (LaneStatus::at_largest_rate), since modes change at events, at each case's own times.
+/// lanes before the step in which it may get there (LaneStatus::at_largest_rate), since modes change at events, at each
+/// case's own times.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/pack.hpp"

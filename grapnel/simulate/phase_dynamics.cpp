@@ -227,6 +227,32 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   return y;
 }
 
+std::vector<double> PhaseDynamics::initial(const State& state, double t, const PhaseIntegrals& integrals) {
+  if (integrals.trees.size() != (has_external_ ? trees_.size() : 0) || integrals.joints.size() != measured_.size())
+    throw std::invalid_argument("PhaseDynamics: the integrals are those of another phase");
+  std::vector<double> y = initial(state, t);
+  double* whole = y.data() + model_.coordinates() + model_.velocities();
+  const auto put = [](const Vector3d& v, double* out) { std::copy(v.e, v.e + 3, out); };
+  whole[kMotorWork] = integrals.motor_work, whole[kFrictionWork] = integrals.friction_work;
+  whole[kExternalWork] = integrals.external_work;
+  put(integrals.external_impulse.angular, whole + kExternalMoment);
+  put(integrals.external_impulse.linear, whole + kExternalForce);
+  double* at = whole + kWholeCount;
+  for (const TreeIntegrals& tree : integrals.trees) {
+    at[kTreeWork] = tree.work;
+    put(tree.impulse.angular, at + kTreeMoment), put(tree.impulse.linear, at + kTreeForce);
+    at += kTreeCount;
+  }
+  for (const JointIntegrals& joint : integrals.joints) {
+    at[kJointMotor] = joint.motor_work, at[kJointFriction] = joint.friction_work, at[kJointCopper] = joint.copper_loss;
+    at += kJointCount;
+  }
+  // Without them dampers are in the work of friction, of the one tree that has any.
+  if (integrals.damper_work.size() == static_cast<std::size_t>(damper_integral_count()))
+    std::copy(integrals.damper_work.begin(), integrals.damper_work.end(), at);
+  return y;
+}
+
 // Takes the state out of y and overwrites prescribed joints by their references.
 void PhaseDynamics::load(double t, std::span<const double> y) {
   const int nq = model_.coordinates(), nv = model_.velocities();

@@ -111,6 +111,9 @@ class PhaseDynamics {
   Manifold manifold() const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
+  /// The same of a phase that goes on: with what has been put into the system since it began.
+  /// @throws std::invalid_argument if these are the integrals of another phase.
+  std::vector<double> initial(const State& state, double t, const PhaseIntegrals& integrals);
 
   /// See phase_breaks().
   std::vector<double> breaks(double t0, double t1) const { return phase_breaks(setup_, t0, t1); }

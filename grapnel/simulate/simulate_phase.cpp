@@ -39,12 +39,14 @@ template <class Method>
 class PhaseRun {
  public:
   PhaseRun(Method& stepper, PhaseDynamics& dynamics, const Tolerances& tolerances,
-           const std::function<void(const PhaseSample&)>& observe, const StepWatch& watch, const StopCondition& stop)
+           const std::function<void(const PhaseSample&)>& observe, const StepWatch& watch, const StopCondition& stop,
+           const std::optional<PhaseResumption>& resumed)
       : stepper_(stepper),
         dynamics_(dynamics),
         observe_(observe),
         watch_(watch),
         stop_(stop),
+        resumed_(resumed),
         locator_(stepper.manifold()),
         switch_locator_(stepper.manifold()),
         norm_(stepper.manifold(), tolerances),
@@ -55,9 +57,15 @@ class PhaseRun {
 
   PhaseOutcome run(const State& start, double t0, double t1, double interval) {
     direction_ = t1 < t0 ? -1 : 1;
-    outputs_ = OutputTimes(t0, t1, interval);
-    next_look_ = t0, between_looks_ = (t1 - t0) / std::max(watch_.looks, 1);
-    std::vector<double> y0 = dynamics_.initial(start, t0);
+    const double begin = resumed_ ? resumed_->begin : t0;
+    outputs_ = OutputTimes(begin, t1, interval);
+    next_look_ = begin, between_looks_ = (t1 - begin) / std::max(watch_.looks, 1);
+    if (resumed_) {
+      while (next_ < outputs_.size() && (t0 - outputs_[next_]) * direction_ >= 0) ++next_;
+      pass_looks(t0);
+    }
+    std::vector<double> y0 =
+        resumed_ ? dynamics_.initial(start, t0, resumed_->integrals) : dynamics_.initial(start, t0);
     close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
@@ -80,6 +88,9 @@ class PhaseRun {
       const double end = dynamics_.begin_smooth_piece(begin, ends[next], begin == t0 ? y0 : stepper_.state());
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
+        if constexpr (requires { stepper_.propose_step(0.0); }) {
+          if (resumed_) stepper_.propose_step(resumed_->next_step);
+        }
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
       } else {
         stepper_.set_end_time(end);
@@ -142,6 +153,9 @@ class PhaseRun {
 
   void look(double t, std::span<const double> y) {
     watch_.look(t, dynamics_.state(t, y), dynamics_.integrals(y));
+    pass_looks(t);
+  }
+  void pass_looks(double t) {
     while ((next_look_ - t) * direction_ <= 0 && between_looks_ != 0) next_look_ += between_looks_;
   }
 
@@ -285,6 +299,7 @@ class PhaseRun {
   const std::function<void(const PhaseSample&)>& observe_;
   const StepWatch& watch_;
   const StopCondition& stop_;
+  const std::optional<PhaseResumption>& resumed_;
   EventLocator<double> locator_, switch_locator_;
   IntegrationStatistics done_;  // before the stepper's last start
   long switches_ = 0;
@@ -307,19 +322,20 @@ class PhaseRun {
 
 PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                        const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
-                       const StepWatch& watch, const StopCondition& stop) {
+                       const StepWatch& watch, const StopCondition& stop,
+                       const std::optional<PhaseResumption>& resumed) {
   Tolerances tolerances;
   tolerances.rtol = integration.relative_tolerance;
   tolerances.atol = integration.absolute_tolerance;
   if (integration.method == IntegrationSetup::Method::rk4) {
     RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
-    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop).run(start, t0, t1, interval);
+    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, interval);
   }
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
-  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop).run(start, t0, t1, interval);
+  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, interval);
 }
 
 }  // namespace
@@ -327,16 +343,18 @@ PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, d
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
                             const StopCondition& stop, const StepProbe& probe,
-                            const std::function<void(double t)>& each_step) {
+                            const std::function<void(double t)>& each_step,
+                            const std::optional<PhaseResumption>& resumed) {
   StepWatch watch;
   watch.probe = probe;
   watch.each_step = each_step;
-  return run_phase(dynamics, start, t0, t1, interval, integration, observe, watch, stop);
+  return run_phase(dynamics, start, t0, t1, interval, integration, observe, watch, stop, resumed);
 }
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop) {
-  return run_phase(dynamics, start, t0, t1, 0, integration, {}, watch, stop);
+                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop,
+                            const std::optional<PhaseResumption>& resumed) {
+  return run_phase(dynamics, start, t0, t1, 0, integration, {}, watch, stop, resumed);
 }
 
 }  // namespace grapnel

@@ -4,6 +4,7 @@
 /// Integrates one phase and hands out samples. Thread safety: as PhaseDynamics.
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "grapnel/simulate/integration_setup.hpp"
@@ -71,6 +72,13 @@ struct PhaseOutcome {
   double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
 };
 
+/// What there is of a phase that somebody else has integrated up to where it is to go on.
+struct PhaseResumption {
+  double begin = 0;          // when the phase began: output instants and looks are counted from there [s]
+  PhaseIntegrals integrals;  // since then
+  double next_step = 0;      // that adaptive_8 tries first [s]
+};
+
 /// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every multiple of
 /// `interval` after it, and at the end (interval 0: at t0 and the end only). Steps end where trajectories and loads are
 /// not smooth (PhaseDynamics::breaks); a sample at such a time shows what follows it, the last sample what led to it.
@@ -83,15 +91,19 @@ struct PhaseOutcome {
 ///
 /// `probe` looks into every step before the samples in it are handed out. It changes neither steps nor samples.
 /// `each_step` is called after every step, as StepWatch::each_step.
-/// @throws std::domain_error if `stop` becomes NaN.
+///
+/// With `resumed` the phase does not begin at t0 but goes on there: steps and integrals are those of the whole phase up
+/// to rounding, output instants those after t0; steps and evaluations are counted from t0 on.
+/// @throws std::domain_error if `stop` becomes NaN; std::invalid_argument if `resumed` is of another phase.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration,
                             const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
-                            const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {});
+                            const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {},
+                            const std::optional<PhaseResumption>& resumed = {});
 
 /// The same with a watch instead of samples. The steps, and so the outcome, are those without.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
-                            const IntegrationSetup& integration, const StepWatch& watch,
-                            const StopCondition& stop = {});
+                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop = {},
+                            const std::optional<PhaseResumption>& resumed = {});
 
 }  // namespace grapnel

@@ -61,7 +61,7 @@ inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& ph
         EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
         if (structure.control.by_case) asked.at(o.id)->end_control(o.time);
       },
-      set, {},
+      set, {}, {},
       [&](const LaneTurn& turn, std::span<double> command) {
         return take_turn(structure, *asked.at(turn.id), turn, command);
       });
@@ -103,6 +103,7 @@ struct Kind {
   JointProfile profile = JointProfile::quintic;
   std::optional<ControlTiming> sampled = {};  // every case by a period of its own, near this one's
   bool attitude = false;
+  bool fixed_root = false;  // the robot's
 };
 
 /// Cases of a random robot with two free targets beside it; trajectories have ends inside the phase.
@@ -112,6 +113,7 @@ inline std::vector<Phase> random_phases(int index, int count, const Kind& kind) 
   options.least_bodies = 3, options.most_bodies = 8;
   options.spherical_joints = kind.spherical;
   options.targets = 2;
+  options.free_root = !kind.fixed_root;
   Model nominal = random_model(options, random);
   if (kind.friction) {
     nominal = with_friction(nominal, 0.4, 0.3, kind.effort);

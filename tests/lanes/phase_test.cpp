@@ -148,7 +148,13 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
   EXPECT_THROW(once([](LaneCase&) {}), std::runtime_error);  // what the sink throws passes through
   PhaseSetup held = phases[0].setup;
   held.held_root = phases[0].model.body_index("b0");
-  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "a base is held");
+  const LaneStructure structure_held = lane_structure(phases[0].model, held, tight());
+  LaneCase c;
+  EXPECT_THROW(lane_case(structure_held, phases[0].model, phases[0].setup, phases[0].start, nullptr, c),
+               std::invalid_argument);
+  EXPECT_THROW(lane_case(structure, phases[0].model, held, phases[0].start, nullptr, c), std::invalid_argument);
+  held.held_root = phases[0].model.body_index("b1");
+  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "what is held is no free root, or under attitude control");
   EXPECT_THROW(lane_structure(phases[0].model, held, tight()), std::invalid_argument);
   const auto obstacle_of = [&](const std::function<void(JointDescription&)>& change) {
     ModelBuilder builder;
@@ -170,7 +176,6 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
             }),
             "rotors store momentum");
   const Phase other = random_phases(12, 1, {})[0];
-  LaneCase c;
   EXPECT_THROW(lane_case(structure, other.model, other.setup, other.start, nullptr, c), std::invalid_argument);
 }
 

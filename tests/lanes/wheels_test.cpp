@@ -228,16 +228,27 @@ TEST(LaneWheels, BitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(phases_with(limited, 92, 13));
 }
 
-// Lanes hand back what comes near a largest rate, and nothing that does not; alone, such wheels are held.
-TEST(LaneWheels, LeaveNearLargestRates) {
+// What lanes have left of a phase, alone.
+PhaseOutcome rest_of(const Phase& p, const LaneStructure& structure, const LaneOutcome& o,
+                     const IntegrationSetup& integration) {
+  PhaseDynamics dynamics(p.model, p.own_setup());
+  if (dynamics.setup().clock)
+    end_control(*lane_motion(structure, p.model, p.setup, p.begin, p.end), o, *dynamics.setup().clock);
+  return simulate_phase(dynamics, {o.q, o.v}, o.time, p.end, integration, {}, {},
+                        PhaseResumption{p.begin, o.integrals, o.next_step});
+}
+
+// Lanes hand back what comes near a largest rate, and nothing that does not, before it gets there; alone, such wheels
+// are held.
+void expect_to_leave_near_largest_rates(const Kind& kind) {
   Wheels wheels{kOrthogonal};
   wheels.rate = 105, wheels.torque = 1, wheels.fastest = 100;
-  const std::vector<Phase> phases = phases_with(wheels, 93, 24);
+  const std::vector<Phase> phases = phases_with(wheels, 93, 24, kind);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-10));
-  int left = 0;
+  int left = 0, on_the_way = 0;
   for (InstructionSet set : supported_instruction_sets()) {
     SCOPED_TRACE(std::string(name(set)));
-    left = 0;
+    left = on_the_way = 0;
     for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
       const Phase& p = phases[id];
       PhaseDynamics dynamics(p.model, p.own_setup());
@@ -256,13 +267,30 @@ TEST(LaneWheels, LeaveNearLargestRates) {
         EXPECT_LT(difference({o.q, o.v}, alone.end_state), 1e-6) << id;
       } else {
         ++left;
+        for (const ReactionWheel& wheel : p.setup.wheels)
+          EXPECT_LT(std::abs(o.v[static_cast<std::size_t>(wheel.velocity)]), wheels.rate) << id;
+        if (o.time > p.begin) {
+          ++on_the_way;
+          const PhaseOutcome rest = rest_of(p, structure, o, tight(1e-10));
+          EXPECT_TRUE(rest.finished) << rest.failure;
+          EXPECT_LT(difference(rest.end_state, alone.end_state), 1e-6) << id;
+          EXPECT_LT(difference(rest.integrals, alone.integrals), 1e-6) << id;
+        }
         EXPECT_NE(explanation(o).find("a reaction wheel comes near its largest rate"), std::string::npos);
         EXPECT_GT(fastest, 0.7 * wheels.rate) << id;
       }
     }
     EXPECT_GT(left, 2);
     EXPECT_LT(left, 22);
+    EXPECT_GT(on_the_way, 0);
   }
+}
+
+TEST(LaneWheels, LeaveNearLargestRates) {
+  expect_to_leave_near_largest_rates({});
+  Kind sampled;
+  sampled.sampled = ControlTiming{0.1, 0.15};
+  expect_to_leave_near_largest_rates(sampled);
 }
 
 TEST(LaneWheels, NeedAttitudeControl) {

@@ -465,9 +465,8 @@ TEST(Campaign, APointThatCannotBePlannedIsKnownAfterwards) {
 
 TEST(Campaign, ShippedOnesHaveNoFaults) {
   SKIP_UNDER_SANITIZERS();
-  for (const char* name :
-       {"studies/thesis-uncertain-target.yaml", "studies/thesis-monte-carlo.yaml", "studies/thesis-success-map.yaml",
-        "studies/closed-loop-monte-carlo.yaml"}) {
+  for (const char* name : {"studies/thesis-uncertain-target.yaml", "studies/thesis-monte-carlo.yaml",
+                           "studies/thesis-success-map.yaml", "studies/closed-loop-monte-carlo.yaml"}) {
     const Campaign campaign = load_campaign(shipped(name));
     EXPECT_GT(campaign.cases, 0u);
     EXPECT_NO_THROW(campaign.problem(campaign.total() - 1));
