@@ -394,7 +394,11 @@ class LaneBlock {
         } else if (clock && (goes_on_alone || outcome.finished())) {
           lanes::end_control(*lane.motion, outcome, *clock);
         }
-        flight.steps->integrated(std::move(result), measures_of(outcome));
+        if (goes_on_alone) {
+          flight.steps->integrated_in_part(std::move(result), measures_of(outcome), outcome.next_step);
+        } else {
+          flight.steps->integrated(std::move(result), measures_of(outcome));
+        }
         go_on(flight);
       });
     };
