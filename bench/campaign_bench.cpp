@@ -1,8 +1,8 @@
 // Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, whose
 // sensors are read, or that wait for arrivals, beside the same cases one by one, and blocks of a campaign over the
-// thesis's open-loop case 1,
-// whose targets differ in mass and inertia from case to case. The first case of each block is the thesis's own. The
-// ledger's bounds of all cases and the end-state error of the first are checked in every timed run.
+// thesis's open-loop case 1, whose targets differ in mass and inertia from case to case. The first case of each block
+// is the thesis's own. The ledger's bounds of all cases and the end-state error of the first are checked in every timed
+// run.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 

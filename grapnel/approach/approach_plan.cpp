@@ -87,6 +87,7 @@ class Planner {
       } else {
         final_segment(final_segment_end);
       }
+      if (approach_.plan) warn_of_thrusters();
     }
   }
 
@@ -121,12 +122,21 @@ class Planner {
     PlacedLinks links;
     base_.place(position_, links);
     const Symmetric3d inertia = links.composite[0].rotational_about_com();
-    if (!keeps_attitude(*approach_.base_control, inertia, approach_.duration)) return;
+    if (!keeps_attitude(*approach_.base_control, inertia, shortest_motion())) return;
     base_.keep_attitude();
     X_WB_.R = attitude_control(*approach_.base_control, flown_, flown_start_).R_WD;
     X_WB_.p = motion_.p_WCom - X_WB_.R * links.com;
   }
   bool attitude_kept() const { return base_.floats() && !base_.turns(); }
+
+  // How long the joints take at least from rest to rest: the shortest of the approach's parts, all of them also where
+  // the rest is planned anew.
+  double shortest_motion() const {
+    const double end = approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
+    double shortest = approach_.straight_in ? std::min(end, approach_.straight_in->duration) : end, begin = 0;
+    for (const Waypoint& w : approach_.waypoints) shortest = std::min(shortest, w.time - begin), begin = w.time;
+    return begin > 0 ? std::min(shortest, end - begin) : shortest;
+  }
 
   // Joints that move no end-effector that grasps.
   void hold_idle_joints() {
@@ -223,11 +233,18 @@ class Planner {
     const Vector3d u = FloatingBase::momentum_of_rates(links, rate_);
     for (std::size_t i = 0; i < way.wheels->wheels.size(); ++i) {
       const double share = std::abs(way.wheels->share(i, time_, u));
-      if (share <= way.wheel_share) continue;
-      throw Unplannable(fmt::format(
-          "planning the approach: wheel '{}' holds {:.4g} of the momentum that it can hold as the segment begins, at "
-          "t = {:.4g} s; approach.plan.wheel_momentum allows {:.4g}, which no motion of the joints can change any more",
-          way.wheels->wheels[i].name, share, time_, way.wheel_share));
+      constexpr double kRounding = 1e-6;  // plans keep to it
+      if (share <= way.wheel_share + kRounding) continue;
+      const std::string what = fmt::format(
+          "wheel '{}' has to hold {:.6g} of the momentum that it can hold, to keep the base's attitude, as the segment "
+          "begins, at t = {:.4g} s; approach.plan.wheel_momentum allows {:.6g}",
+          way.wheels->wheels[i].name, share, time_, way.wheel_share);
+      if (begin_ == 0) {
+        throw Unplannable("planning the approach: " + what + ", which no motion of the joints can change any more");
+      }
+      // The rest of an approach goes on from what the controlled base has come to.
+      plan_.warnings.push_back("approach: planned anew, " + what + "; no more than now is allowed of the rest");
+      way.wheel_share = share;
     }
   }
 
@@ -240,7 +257,8 @@ class Planner {
     if (asked.empty()) return;
     throw Unplannable(fmt::format(
         "planning the approach: {}: the plan is made for a base that keeps its attitude, which approach.base_control "
-        "is strong enough for, so there is no turn to plan; how far the controlled base turns is seen in the run",
+        "is taken to be strong enough for, so there is no turn to plan; how far the controlled base turns is seen in "
+        "the run",
         asked));
   }
 
@@ -410,7 +428,9 @@ class Planner {
         plan_.warnings.push_back(fmt::format(
             "approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}",
             rates[j], plan_.report.joints[j], rate_limit_[j],
-            approach_.plan ? "; no solution within the rate limits was found" : ""));
+            !approach_.plan ? ""
+            : disturbed()   ? "; it was corrected for what momentum alone does not say"
+                            : "; no solution within the rate limits was found"));
       }
       const double out = kSwing * std::abs(rates[j]) * (end - time_);
       if (out > swing) swing = out, widest = j;
@@ -424,7 +444,8 @@ class Planner {
 
   // --- What the momentum integral does not know ---------------------------------------------------------------------
 
-  // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
+  // Loads on the servicer, an orbit's field, attitude control, rotors or what bends: the motion is then not that of
+  // joints and a constant momentum.
   bool disturbed() const {
     return bends() || loaded() || approach_.base_control.has_value() || problem_.orbit.has_value() || has_rotors();
   }
@@ -441,12 +462,23 @@ class Planner {
     } else if (approach_.base_control) {
       differs.push_back(
           "floats freely, without the attitude control, which is too weak to keep the attitude meanwhile");
-    } else if (has_rotors()) {
+    } else if (has_rotors() && base_.floats()) {
       differs.push_back("floats freely, its rotors at rest in the base");
     }
     if (problem_.orbit) differs.push_back("feels no field of the orbit");
     if (loaded()) differs.push_back("bears no loads");
     return fmt::format("{}", fmt::join(differs, " and "));
+  }
+
+  // Flights that correct plans know what attitude control asks, and wheels, but no thrusters.
+  void warn_of_thrusters() {
+    const std::optional<BaseControlSetup>& control = approach_.base_control;
+    if (!control ||
+        control->actuators.value_or(BaseControlSetup::Actuators::wheels) == BaseControlSetup::Actuators::wheels)
+      return;
+    plan_.warnings.push_back(
+        "approach: planned as if the base's attitude control gave the torque that it asks for at any time, and no "
+        "force; thrusters switch, and the end-effectors will miss by what that does");
   }
 
   // Of them, those that there are.
@@ -486,7 +518,7 @@ class Planner {
 
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
   State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate,
-                      const Spline& spline) {
+                      const Spline& spline, const StepWatch& watch = {}) {
     std::vector<JointTrajectory> joints = plan_.joints;
     SegmentStart start = reach.start;
     start.knots = spline.knots;
@@ -495,16 +527,39 @@ class Planner {
       const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], spline.coefficients);
       joints[j].pieces.insert(joints[j].pieces.end(), pieces.begin(), pieces.end());
     }
-    return fly(joints, reach.start.end);
+    return fly(joints, reach.start.end, watch);
   }
-  State fly(const std::vector<JointTrajectory>& joints, double end) {
+  State fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch = {}) {
     PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
-    StepWatch watch;
     watch.each_step = each_step();
     const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
     return outcome.end_state;
+  }
+
+  // What the base and its wheels do in such a flight, in words.
+  std::string what_it_does(const ReachProblem& reach, const std::vector<double>& position,
+                           const std::vector<double>& rate, const Spline& spline) {
+    if (!base_.floats()) return {};
+    const Rotationd R_from = attitude_kept() ? X_WB_.R : problem_.X_WB.R;
+    const Model& model = flown_.model;
+    double turn = 0, share = 0;
+    StepWatch watch;
+    watch.look = [&](double, const State& state, const PhaseIntegrals&) {
+      turn = std::max(turn, rotation_angle(transpose(R_from) * root_pose(model, state, flown_.base).R));
+      for (std::size_t w = 0; w < flown_.wheels.size(); ++w) {
+        const Body& body = model.bodies()[model.joints()[static_cast<std::size_t>(flown_.wheels[w])]];
+        share = std::max(share, std::abs(state.v[static_cast<std::size_t>(body.v)]) / problem_.robot.wheels[w].rate);
+      }
+    };
+    watch.looks = 128;
+    fly_disturbed(reach, position, rate, spline, watch);
+    std::string text =
+        fmt::format("; flown with joints that follow exactly, its base turns by up to {:.3g} rad from {}", turn,
+                    attitude_kept() ? "the attitude that it is to keep" : "its initial attitude");
+    if (share > 0) text += fmt::format(", and its wheels come to {:.3g} of their largest rates", share);
+    return text;
   }
 
   // A disturbed motion's end, against the goals and the demand.
@@ -549,12 +604,12 @@ class Planner {
     solution.miss = misses(reach.goals, flown.end.error);
     solution.unmet_rate = flown.end.unmet;
     if (flown.found) {
-      if (asks_of_way(reach)) {
+      if (asks_of_way(reach) && !planned_robot().empty()) {
         plan_.warnings.push_back(fmt::format(
             "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of "
-            "the robot that {}; how far the one that flies keeps them, with the final values that bring it "
-            "to its points, is watched in the run",
-            planned_robot()));
+            "the robot that {}; how far the one that flies keeps limits and clearance, with the final values that "
+            "bring it to its points, is watched in the run{}",
+            planned_robot(), what_it_does(reach, solution.position, solution.rate, spline)));
       }
       return solution;
     }
@@ -617,6 +672,7 @@ class Planner {
     std::vector<std::string> how;
     if (attitude_kept()) how.push_back("for a base that keeps its attitude exactly");
     if (approach_.base_control && !attitude_kept()) how.push_back("without attitude control");
+    if (!approach_.base_control && has_rotors() && base_.floats()) how.push_back("with rotors at rest in the base");
     if (loaded() || targets_loaded()) how.push_back("without loads");
     if (!how.empty()) {
       plan_.warnings.push_back(
@@ -633,6 +689,13 @@ class Planner {
     if (!guess.empty()) reach.guess = guess, reach.starts = 1;
     const ReachSolution s = solve(reach, ", stand-off");
     report(reach, s);
+    if (disturbed() && !bends() && asks_of_way(reach) && !planned_robot().empty()) {
+      plan_.warnings.push_back(fmt::format(
+          "approach: limits on the way, clearance and what else is asked of the way to the stand-off are kept by the "
+          "plan of the robot that {}; with straight_in its final values are not corrected for the one that flies, "
+          "whose limits and clearance are watched in the run{}",
+          planned_robot(), what_it_does(reach, s.position, s.rate, {s.knots, s.coefficients})));
+    }
     advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
     in.position = position_, in.X_WB = X_WB_;
     take_straight_in(in, plan_straight_in(base_, in));

@@ -7,11 +7,12 @@
 namespace grapnel {
 
 bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration) {
-  if (control.feedforward) return true;
   const double w = 2 * std::numbers::pi / duration;
   const std::array<double, 3> J = {inertia.xx, inertia.yy, inertia.zz};
   for (int k = 0; k < 3; ++k) {
-    if (J[static_cast<std::size_t>(k)] * w * w > std::hypot(control.kp[k], control.kd[k] * w)) return false;  // (2)
+    const double stiffness = std::hypot(control.kp[k], control.kd[k] * w);
+    // What is fed forward leaves the gains nothing of the joints' motion, but they have to be there.
+    if (control.feedforward ? stiffness == 0 : J[static_cast<std::size_t>(k)] * w * w > stiffness) return false;  // (2)
   }
   return true;
 }

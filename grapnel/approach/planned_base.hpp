@@ -16,9 +16,10 @@
 namespace grapnel {
 
 /// Whether a base under this control is planned with as one that keeps its attitude: by (2) about all three axes, or
-/// since the control feeds forward what the joints' motion takes. `inertia`: of the servicer about its centre of mass,
-/// in B [kg m^2]. `duration`: of the approach, T [s]; all of it also where the rest is planned anew, for which the base
-/// is then taken for what it was.
+/// since the control has gains about all of them and feeds forward what the joints' motion takes. By gains alone: how
+/// much torque the control's limit and the actuators leave, and what the base does as the approach begins, is not
+/// looked at. `inertia`: of the servicer about its centre of mass, in B [kg m^2]. `duration`: T, of the joints'
+/// shortest motion [s].
 bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration);
 
 }  // namespace grapnel

@@ -23,7 +23,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);
 
 /// WaySetup::end_measure: the capture at the end of a segment, its grasps rigid and everything else about joints in the
-/// impact as the problem has it (free, or kept by drives or brakes). impulse: CoupledImpulse::energy; impulse_index:
+/// impact as the problem has it (free, or kept by drives or brakes). impulse: PlannedImpulse::energy; impulse_index:
 /// its mean. `base` is scratch, the servicer's; `motion` tells what it does at `end`; `targets` move as at the capture.
 /// The result refers to `base` alone.
 std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,

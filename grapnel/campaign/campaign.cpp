@@ -101,6 +101,9 @@ class MarginBound {
   /// The margin at the end of the next step, or at the start of the motion.
   bool may_fall(double t, double margin) {
     const double before = margin_, elapsed = t - time_;
+    // A step that has been asked about, and did not count for another reason, has left no trace that could be taken
+    // back.
+    if (elapsed <= 0 && std::isfinite(time_)) return true;
     const bool first = !(elapsed > 0);
     const double slope = first ? 0 : std::abs(margin - before) / elapsed;
     const double fastest = 2 * std::max({slope, slopes_[0], slopes_[1]});
@@ -289,6 +292,8 @@ class LaneBlock {
     attempt(flight, [&] {
       flight.row.inputs = campaign_.draw(k);
       flight.point = std::make_unique<StudyCase>(campaign_.problem(k));
+      const std::optional<ControlSetup>& control = flight.point->problem.control;
+      if (control && control->source && control->source->one_at_a_time()) return start_anew(flight);
       const bool impact = campaign_.mode == StudyMode::impact;
       flight.steps =
           std::make_unique<CaptureSteps>(flight.point->problem, detail_, flight.clock.watch(),
@@ -305,7 +310,7 @@ class LaneBlock {
       IntegrationSetup integration = task.integration;
       integration.max_steps = std::min(integration.max_steps, kMostSteps);
       flight.structure = lanes::lane_structure(*task.model, *task.setup, integration);
-      // A step or more per tick, of all cases alike: no case keeps others waiting.
+      // A step or more per tick, of all cases alike: their number says little of a case.
       if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
       return;
     }
@@ -373,11 +378,12 @@ class LaneBlock {
     };
     const auto sink = [&](const lanes::LaneCase& lane, const lanes::LaneOutcome& outcome) {
       Flight& flight = *together[outcome.id];
-      const std::unique_ptr<PhaseDynamics> dynamics = std::move(flight.dynamics);
+      std::unique_ptr<PhaseDynamics> dynamics = std::move(flight.dynamics);
       attempt(flight, [&] {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         PhaseOutcome result = outcome_of(structure, outcome);
-        if (outcome.error) result.failure = message_of(outcome.error);
+        const bool broken_off = outcome.status == lanes::LaneStatus::broken_off;
+        if (broken_off) result.failure = message_of(outcome.error);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
         // Alone the rest is looked into closely, and modes change at a wheel's largest rate.
@@ -386,8 +392,12 @@ class LaneBlock {
         // Alone, from the start, it says what runs away, or why loops cannot be kept closed.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
                                (goes_on_alone && (dynamics || outcome.time == flight.task->begin)) ||
-                               (!goes_on_alone && !outcome.finished() && !outcome.error && !structure.loops.empty());
-        if (too_long || for_alone) return dynamics ? start_anew(flight) : go_on(flight);
+                               (!goes_on_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
+        if (too_long || for_alone) {
+          if (!dynamics) return go_on(flight);
+          dynamics.reset();  // with its controller
+          return start_anew(flight);
+        }
         const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
         if (dynamics) {
           dynamics->end_control(outcome.time);

@@ -164,7 +164,7 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"laws work continuously with a model of their own", "without control; post_impact.model"},
     {"reaction wheels keep speeds of their own continuously", "without control; base_control.wheel_speeds"},
     {"motors of control moment gyros work", "the robot's gyros"},
-    {"plumes, or gyros, are watched in every step", "plume of the robot's thrusters"},
+    {"plumes, or gyros, are watched in every step", "plume of the robot's thrusters, or its gyros"},
     {"thrusters switch by the state", "without control"},
     {"the base's torque follows the arms continuously", "without control; base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},

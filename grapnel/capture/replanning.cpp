@@ -1,5 +1,7 @@
 #include "grapnel/capture/replanning.hpp"
 
+#include <algorithm>
+
 #include <cmath>
 #include <limits>
 
@@ -68,7 +70,10 @@ void replan_if_due(CaptureRun& run) {
   const bool found = plan.failure.empty();
   run.result.navigation.push_back(
       {now, found, plan.report.rhs_evaluations, estimate_errors(problem, seems, truth), plan.failure});
-  for (const std::string& warning : plan.warnings) run.result.warnings.push_back(warning);
+  std::vector<std::string>& told = run.result.warnings;
+  for (const std::string& warning : plan.warnings) {
+    if (std::find(told.begin(), told.end(), warning) == told.end()) told.push_back(warning);
+  }
   if (!found) return;
   std::optional<WindowReport> window = std::move(run.result.plan->window);
   run.result.plan = plan.report;

@@ -39,6 +39,7 @@ class FmuControllers final : public ControllerSource {
              double period) const;
   std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters, ControlledRobot robot,
                                    const Model& model) const override;
+  bool one_at_a_time() const override { return fmu_->model().once_per_process; }
 
   const std::shared_ptr<const Fmu>& fmu() const { return fmu_; }
   const std::string& inputs() const { return inputs_; }

@@ -625,10 +625,11 @@ void LaneDynamics<S>::sample(const S& t, S* y) {
   drive(t, y);
   is_sampling_ = false;
   const int channels = tables_.control.channels;
-  for (int c = 0; c < channels + 3; ++c) commands_.said(c) = S(0.0);
+  for (int c = 0; c < tables_.control.command_numbers(); ++c) commands_.said(c) = S(0.0);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
     if (link.channel >= 0 && works_by_effort(link.output)) commands_.said(link.channel) = motor_[i];
+    if (link.wheel >= 0) commands_.said(channels + 3 + link.wheel) = y[tables_.coordinates + link.v];
   }
   if (tables_.outside.attitude_link < 0) return;
   for (int k = 0; k < 3; ++k) commands_.said(channels + k) = outside_.attitude_torque()[k];

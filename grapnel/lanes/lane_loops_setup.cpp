@@ -16,13 +16,16 @@ void put(const Posed& X, double* out) {
 
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   if (setup.closures.empty()) return {};
+  // Projection moves the coordinates of all roots, and a fixed one has none.
+  for (const TreeLink<double>& link : model.tree().links) {
+    if (link.joint == JointType::fixed) return "loops close on a base that is fixed or held";
+  }
   if (!setup.project_loops || setup.loop_feedback != 0) return "loops are kept closed otherwise than by projection";
   for (const LoopClosure& closure : setup.closures) {
     const LoopPath path = make_loop_path(model, closure);
     if (!path.one_tree()) return "closures tie two trees";
     const int root = model.bodies()[static_cast<std::size_t>(closure.body_a)].root;
-    const bool is_fixed = model.bodies()[static_cast<std::size_t>(root)].description.joint.type == JointType::fixed;
-    if (is_fixed || root == setup.held_root) return "loops close on a base that is fixed or held";
+    if (root == setup.held_root) return "loops close on a base that is fixed or held";
   }
   return {};
 }

@@ -69,6 +69,7 @@ class Exchange {
     o.loops = r.loops;
     o.trees.assign(r.trees, r.trees + tables_.tree_count);
     o.commands.clear();
+    o.command_wheels = static_cast<std::size_t>(structure_.control.wheels);
     if (!structure_.control.by_case)
       o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
     o.error = errors_[lane];

@@ -41,7 +41,7 @@ struct LaneStructure {
   }
   std::vector<LoopTable> loops;
   bool recover_roots = true;
-  ControlTable control{false, 0, 0, false, false};
+  ControlTable control{false, 0, 0, false, false, 0};
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
   bool operator==(const LaneStructure&) const = default;
 };
@@ -88,7 +88,6 @@ struct LaneTurn {
   std::vector<double> integrals;  // in the order of phase_integral: works of motors and friction, or all
 };
 
-/// What became of a case. On failure q, v and the rest are those of the last accepted step.
 /// What became of a case. On failure q, v and the rest are those of the last accepted step, and where the next did not
 /// count (LaneStatus::handed_back, at_largest_rate) they are all that it takes to go on.
 struct LaneOutcome {
@@ -102,8 +101,9 @@ struct LaneOutcome {
   double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
   std::vector<LaneTreeRecord> trees;  // in the order of their roots
   LaneLoopRecord loops{};
-  std::vector<double> commands;  // as in a case, as they are at the end
-  std::exception_ptr error;      // broken_off: what the case's turn threw
+  std::vector<double> commands;    // as in a case, as they are at the end
+  std::size_t command_wheels = 0;  // ControlTable::wheels
+  std::exception_ptr error;        // broken_off: what the case's turn threw
 
   bool finished() const { return status == LaneStatus::finished; }
 };
@@ -117,8 +117,9 @@ using LaneSink = std::function<void(const LaneCase&, const LaneOutcome&)>;
 /// Looks at cases while they move, a case's times in their order: at breaks of trajectories as what follows has it.
 using LaneWatch = std::function<void(const LaneView&)>;
 /// Asked with a case's state at its start, and at the end of every step before that counts: false: the case ends where
-/// the step began, with LaneStatus::handed_back. The view has no motor efforts; nothing of what follows at a break, nor
-/// of what sampled control says there, has happened. What it says must follow from the case alone.
+/// the step began, with LaneStatus::handed_back. The view has no motor efforts; at the end of a step
+/// nothing of what follows at a break, nor of what sampled control says there, has happened. What it says must follow
+/// from the case alone.
 using LaneGate = std::function<bool(const LaneView&)>;
 
 /// Says what acts in a case from now on, a case's turns in their order: fills in a command, of

@@ -134,21 +134,27 @@ std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
 }
 
 ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>& links) {
-  if (!setup.clock) return {false, 0, 0, false, false};
+  if (!setup.clock) return {false, 0, 0, false, false, 0};
   if (is_said_by_case(setup)) {
     const auto channels = std::count_if(links.begin(), links.end(), [](const LinkTable& l) { return l.channel >= 0; });
-    return {true, static_cast<int>(channels), 0, true, setup.actuators.thrusters != nullptr};
+    return {true, static_cast<int>(channels), 0, true, setup.actuators.thrusters != nullptr, 0};
   }
   const ControlTiming& timing = setup.clock->timing();
   // What is on its way at a tick, that tick's among it, and one more for what rounding does to times.
   const int most = static_cast<int>(std::ceil(timing.delay / timing.period)) + 2;
-  return {true, static_cast<int>(setup.clock->channels()),
-          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1), false, false};
+  return {true,
+          static_cast<int>(setup.clock->channels()),
+          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1),
+          false,
+          false,
+          static_cast<int>(setup.wheels.size())};
 }
 
-std::vector<double> command_numbers(const ControlClock::Command& command) {
+std::vector<double> command_numbers(const ControlClock::Command& command, const ControlTable& table) {
   std::vector<double> numbers = command.effort;
   numbers.insert(numbers.end(), command.base_torque.e, command.base_torque.e + 3);
+  numbers.insert(numbers.end(), command.wheel_rates.begin(), command.wheel_rates.end());
+  numbers.resize(static_cast<std::size_t>(table.command_numbers()), NAN);
   return numbers;
 }
 
@@ -426,11 +432,14 @@ void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlCl
   }
   const std::size_t channels = clock.channels();
   std::vector<ControlClock::Command> commands;
-  for (std::size_t at = 0; at + channels + 3 <= outcome.commands.size(); at += channels + 3) {
+  const std::size_t wheels = outcome.command_wheels, size = channels + 3 + wheels;
+  for (std::size_t at = 0; at + size <= outcome.commands.size(); at += size) {
     const double* numbers = outcome.commands.data() + at;
     ControlClock::Command& command = commands.emplace_back();
     command.effort.assign(numbers, numbers + channels);
     std::copy(numbers + channels, numbers + channels + 3, command.base_torque.e);
+    const double* rates = numbers + channels + 3;
+    if (wheels > 0 && !std::isnan(rates[0])) command.wheel_rates.assign(rates, rates + wheels);
   }
   clock.put(std::move(commands));
 }
@@ -480,7 +489,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   result.commands.clear();
   if (setup.clock && !structure.control.by_case) {
     for (const ControlClock::Command& command : setup.clock->commands()) {
-      const std::vector<double> numbers = command_numbers(command);
+      const std::vector<double> numbers = command_numbers(command, structure.control);
       result.commands.insert(result.commands.end(), numbers.begin(), numbers.end());
     }
   }

@@ -137,10 +137,11 @@ struct ControlTable {
   /// and nothing is on its way here.
   bool by_case;
   bool has_thrusters;
+  int wheels;  // whose rates at the tick a command carries, for what may be asked of them later; NaN: nobody knows them
   bool operator==(const ControlTable&) const = default;
   constexpr int command_numbers() const {
-    return is_sampled ? channels + 3 + (has_thrusters ? kLoadPieceNumbers[static_cast<int>(LoadTable::Kind::line)] : 0)
-                      : 0;
+    const int thrust = has_thrusters ? kLoadPieceNumbers[static_cast<int>(LoadTable::Kind::line)] : 0;
+    return is_sampled ? channels + 3 + thrust + wheels : 0;
   }
 };
 

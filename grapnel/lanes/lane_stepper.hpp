@@ -93,7 +93,7 @@ struct LaneState {
   bool active = false;
   bool rejected = false;    // since the last accepted step
   bool finite = true;       // the last rejected step
-  bool last = false;        // the step under way ends the interval
+  bool last = false;        // the step under way ends the interval, or at an edge inside it
   bool broken = false;      // the derivative at its start is not finite
   bool runs_away = false;   // sampled control is unstable
   bool broken_off = false;  // by what its case was asked
@@ -502,9 +502,10 @@ bool LaneStepper<S>::plan() {
 // See DormandPrince853::step. False: the case ends here.
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
+  // What has been asked after a step that does not count says nothing.
+  if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::handed_back, false;
   if (lane.broken_off) return status = LaneStatus::broken_off, false;
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
-  if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::handed_back, false;
   if (lane.in_doubt) return status = LaneStatus::loops_in_doubt, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;

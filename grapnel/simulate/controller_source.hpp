@@ -37,6 +37,8 @@ class ControllerSource {
   /// @throws ControllerError.
   virtual std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters,
                                            ControlledRobot robot, const Model& model) const = 0;
+  /// Whether a controller has to be gone before the same thread makes another one.
+  virtual bool one_at_a_time() const { return false; }
 };
 
 }  // namespace grapnel

@@ -219,6 +219,15 @@ TEST(LaneBlock, WhatTicksSayIsSaidByEveryCase) {
         {"post_impact.base_control", "{kp: 3, kd: 60, rpy: [0, 0, 0], wheel_speed_rate: 0.05}"}},
        3,
        3e-7},
+      // Laws speak in packs until the impact, and wheels have speeds of their own afterwards.
+      {"wheels-keep-attitude",
+       {clock,
+        {"initial.wheel_rates", "[500 rpm, 100 rpm, 0 rpm, 0 rpm]"},
+        {"approach.duration", "30"},
+        {"post_impact.duration", "10"},
+        {"post_impact.base_control", "{kp: 3, kd: 60, rpy: [0, 0, 0], wheel_speed_rate: 0.2}"}},
+       3,
+       3e-7},
       {"wheels-keep-attitude",
        {clock,
         {"robot.thrusters", twelve_thrusters()},
@@ -544,7 +553,7 @@ TEST(SlowSettings, NamePlumes) {
   EXPECT_NE(
       text(", plume: {half_angle: 20 deg, range: 5}")
           .find("approach is integrated case by case instead of several at once: plumes, or gyros, are watched in "
-                "every step (plume of the robot's thrusters)"),
+                "every step (plume of the robot's thrusters, or its gyros)"),
       std::string::npos);
 }
 

@@ -10,9 +10,11 @@
 #include <thread>
 #include <vector>
 
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/fmi/fmu.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/quantity.hpp"
 
 namespace grapnel::testing {
 namespace fmu_controller_test {
@@ -145,6 +147,19 @@ TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
     ASSERT_TRUE(result.post_impact_end) << result.failure;
     EXPECT_EQ(result.post_impact_end->joints.position, alone.post_impact_end->joints.position);
   }
+}
+
+// Cases of a block are under way together elsewhere; those that have such a controller go one after the other.
+TEST(FmuController, OneThatMayBeThereOnceRunsInCampaigns) {
+  const CaptureProblem problem = with_fmu("fmu_once");
+  Campaign campaign;
+  campaign.cases = 3;
+  campaign.columns = standard_columns(problem, true);
+  std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [&](std::uint64_t) { return StudyCase{problem, inward_normals(problem)}; };
+  for (const CaseRow& row : run_block_in_lanes(campaign, {0, 0, 3}, lanes::InstructionSet::one_lane, {}))
+    EXPECT_EQ(row.status, CaseStatus::ok) << row.reason;
 }
 
 }  // namespace fmu_controller_test
