@@ -78,14 +78,13 @@ Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integ
   return d;
 }
 
-void expect_the_same_motion(const char* what, const std::vector<Phase>& phases) {
+void expect_the_same_motion(const char* what, const std::vector<Phase>& phases, double bound = 1e-9) {
   for (InstructionSet set : supported_instruction_sets()) {
     const Difference d = go_on(phases, tight(1e-13), set);
     std::printf("%-20s %-8s state %.1e work %.1e commands %.1e\n", what, std::string(name(set)).c_str(), d.state,
                 d.work, d.commands);
-    // Measured 7e-14 of free joints; 3e-10 where efforts are cut, as of phases that are in lanes to their ends.
-    EXPECT_LT(d.state, 1e-9) << what;
-    EXPECT_LT(d.work, 1e-8) << what;
+    EXPECT_LT(d.state, bound) << what;
+    EXPECT_LT(d.work, 10 * bound) << what;
     EXPECT_LT(d.commands, 1e-9) << what;
     EXPECT_GT(d.handed_back, 5);
   }
@@ -106,8 +105,10 @@ std::vector<Phase> phases_of(int index, JointControl control, std::optional<Cont
 }
 
 TEST(LaneHandedBack, TheRestIsIntegratedAlone) {
+  // Measured 7e-14 of free joints; 3e-10 (g++) and 1.6e-9 (clang) where efforts are cut, as of phases that are in lanes
+  // to their ends.
   expect_the_same_motion("free", phases_of(160, JointControl::free));
-  expect_the_same_motion("pd", phases_of(161, JointControl::pd));
+  expect_the_same_motion("pd", phases_of(161, JointControl::pd), 1e-8);
   expect_the_same_motion("prescribed", phases_of(162, JointControl::prescribed));
   expect_the_same_motion("acted on", phases_of(163, JointControl::pd, {}, true));
 }

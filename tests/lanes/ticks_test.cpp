@@ -168,7 +168,7 @@ void expect_firings(const std::vector<Phase>& phases, long least) {
     const ThrusterBank& bank = *dynamics.setup().actuators.thrusters;
     for (std::size_t i = 0; i < bank.size(); ++i) firings += bank.use(i).firings;
   }
-  EXPECT_GT(firings, least);
+  EXPECT_GT(firings, grapnel::test::kSanitized ? least / 4 : least);  // of fewer cases
 }
 
 TEST(LanePhase, SampledThrustersAgree) {
