@@ -242,9 +242,12 @@ class Planner {
       if (begin_ == 0) {
         throw Unplannable("planning the approach: " + what + ", which no motion of the joints can change any more");
       }
-      // The rest of an approach goes on from what the controlled base has come to.
-      plan_.warnings.push_back("approach: planned anew, " + what + "; no more than now is allowed of the rest");
-      way.wheel_share = share;
+      // The rest of an approach goes on from what the controlled base has come to, and from there hardly a way leads
+      // that takes no more at all.
+      constexpr double kRoom = 1.01;
+      way.wheel_share = kRoom * share;
+      plan_.warnings.push_back(
+          fmt::format("approach: planned anew, {}; {:.6g} is allowed of the rest", what, way.wheel_share));
     }
   }
 
@@ -470,6 +473,9 @@ class Planner {
     return fmt::format("{}", fmt::join(differs, " and "));
   }
 
+  // Where another robot flies than is planned for; once, not again with every rest that is planned anew.
+  bool is_to_be_said_what_flies() const { return begin_ == 0 && !planned_robot().empty(); }
+
   // Flights that correct plans know what attitude control asks, and wheels, but no thrusters.
   void warn_of_thrusters() {
     const std::optional<BaseControlSetup>& control = approach_.base_control;
@@ -604,7 +610,7 @@ class Planner {
     solution.miss = misses(reach.goals, flown.end.error);
     solution.unmet_rate = flown.end.unmet;
     if (flown.found) {
-      if (asks_of_way(reach) && !planned_robot().empty()) {
+      if (asks_of_way(reach) && is_to_be_said_what_flies()) {
         plan_.warnings.push_back(fmt::format(
             "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of "
             "the robot that {}; how far the one that flies keeps limits and clearance, with the final values that "
@@ -689,7 +695,7 @@ class Planner {
     if (!guess.empty()) reach.guess = guess, reach.starts = 1;
     const ReachSolution s = solve(reach, ", stand-off");
     report(reach, s);
-    if (disturbed() && !bends() && asks_of_way(reach) && !planned_robot().empty()) {
+    if (disturbed() && !bends() && asks_of_way(reach) && is_to_be_said_what_flies()) {
       plan_.warnings.push_back(fmt::format(
           "approach: limits on the way, clearance and what else is asked of the way to the stand-off are kept by the "
           "plan of the robot that {}; with straight_in its final values are not corrected for the one that flies, "

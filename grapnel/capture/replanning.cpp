@@ -1,7 +1,6 @@
 #include "grapnel/capture/replanning.hpp"
 
 #include <algorithm>
-
 #include <cmath>
 #include <limits>
 

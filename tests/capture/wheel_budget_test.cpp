@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "capture/recorded.hpp"
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/planned_base.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
 
@@ -15,6 +17,7 @@ namespace grapnel::testing {
 namespace wheel_budget_test {
 
 using Objective = PlanSetup::Objective;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 // Four wheels at a bias keep the base's attitude while an arm of six joints reaches for a handle.
@@ -139,6 +142,59 @@ TEST(WheelBudget, ThatCannotBeMetIsAnsweredWithTheReason) {
   BaseControlSetup& control = *p.approach->base_control;
   control.feedforward = false, control.kp = {0.01, 0.01, 0.01}, control.kd = {0.01, 0.01, 0.01};
   EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak for that"));
+}
+
+// The controlled base comes to need a little more than the first plan allowed; the rest is planned all the same.
+TEST(WheelBudget, DoesNotEndReplanning) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml",
+                                   std::vector<Override>{{"approach.replan", "{every: 5}"}});
+  p.impact.reset(), p.post_impact.reset();
+  plan_of(p).wheel_momentum = 0.0955;
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_GT(r.navigation.size(), 8u);
+  for (const auto& replan : r.navigation) EXPECT_TRUE(replan.failure.empty()) << replan.failure;
+  const auto said = [&](const char* what) {
+    return std::count_if(r.warnings.begin(), r.warnings.end(),
+                         [&](const std::string& w) { return w.find(what) != std::string::npos; });
+  };
+  EXPECT_GE(said("planned anew, wheel 'wheel-2' has to hold 0.09"), 1);
+  EXPECT_EQ(said("flown with joints that follow exactly"), 1);
+}
+
+TEST(PlannedBase, KeepsItsAttitudeByGains) {
+  BaseControlSetup control;
+  const Symmetric3d inertia = Symmetric3d::diagonal(100, 200, 300);
+  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
+  control.feedforward = true;
+  EXPECT_FALSE(keeps_attitude(control, inertia, 60));  // nothing brings it back
+  control.kp = {0.1, 0.1, 0}, control.kd = {0, 0, 1e-3};
+  EXPECT_TRUE(keeps_attitude(control, inertia, 60));
+  control.kd = {0, 0, 0};
+  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
+  // J w^2 = 300 (2 pi/60)^2 = 3.29 N m
+  control.feedforward = false, control.kp = {3.3, 3.3, 3.3};
+  EXPECT_TRUE(keeps_attitude(control, inertia, 60));
+  control.kp[2] = 3.2;
+  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
+  EXPECT_TRUE(keeps_attitude(control, inertia, 61));
+}
+
+// What plans leave out is said.
+TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
+  CaptureProblem p = reaching();
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, ::testing::Not(Contains(HasSubstr("thrusters switch"))));
+  p.approach->base_control->actuators = BaseControlSetup::Actuators::thrusters;
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, Contains(HasSubstr("thrusters switch")));
+  CaptureProblem handles = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
+  LoadSetup push;
+  push.body = handles.robot.base, push.amplitude = {{0, 0, 0.05}, {0, 0.05, 0}};
+  handles.loads.push_back(push);
+  plan_of(handles).objective = Objective::as_found, plan_of(handles).base_turn = 1;
+  const ApproachPlan plan = plan_approach(handles, plan_targets(handles));
+  EXPECT_TRUE(plan.failure.empty()) << plan.failure;
+  EXPECT_THAT(plan.warnings, Contains(HasSubstr("with straight_in its final values are not corrected")));
 }
 
 }  // namespace wheel_budget_test

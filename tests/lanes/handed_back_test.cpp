@@ -15,23 +15,13 @@ double last_time(std::uint64_t id) { return id == 4 ? 0.5 : 1.2 + 0.21 * static_
 
 Outcomes run_with_gate(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
                        InstructionSet set) {
-  Outcomes outcomes;
-  std::size_t next = 0;
-  run_lanes(
-      structure,
-      [&](LaneCase& c) {
-        if (next == order.size()) return false;
-        const Phase& p = phases[static_cast<std::size_t>(order[next])];
-        c.id = static_cast<std::uint64_t>(order[next++]);
-        lane_case(structure, p.model, p.setup, p.start, lane_motion(structure, p.model, p.setup, p.begin, p.end), c);
-        return true;
-      },
-      [&](const LaneCase&, const LaneOutcome& o) { outcomes.emplace(o.id, o); }, set,
+  Asked nobody;
+  return run(
+      structure, phases, order, set, nobody,
       [&](const LaneView& view) {
         EXPECT_LE(view.time, std::max(1.0, last_time(view.id))) << "a step that does not count";
       },
       [&](const LaneView& view) { return view.time <= last_time(view.id); });
-  return outcomes;
 }
 
 struct Difference {

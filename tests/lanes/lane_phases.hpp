@@ -43,7 +43,7 @@ using Asked = std::map<std::uint64_t, std::unique_ptr<PhaseDynamics>>;
 
 /// Runs cases of one structure; `order` gives their ids.
 inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
-                    InstructionSet set, Asked& asked) {
+                    InstructionSet set, Asked& asked, const LaneWatch& watch = {}, const LaneGate& gate = {}) {
   Outcomes outcomes;
   std::size_t next = 0;
   run_lanes(
@@ -61,7 +61,7 @@ inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& ph
         EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
         if (structure.control.by_case) asked.at(o.id)->end_control(o.time);
       },
-      set, {}, {},
+      set, watch, gate,
       [&](const LaneTurn& turn, std::span<double> command) {
         return take_turn(structure, *asked.at(turn.id), turn, command);
       });
@@ -186,6 +186,9 @@ inline double difference(const ControlClock& a, const ControlClock& b) {
     largest = std::max(largest, norm(x[k].base_torque - y[k].base_torque));
     for (std::size_t c = 0; c < x[k].effort.size(); ++c)
       largest = std::max(largest, std::abs(x[k].effort[c] - y[k].effort[c]));
+    EXPECT_EQ(x[k].wheel_rates.size(), y[k].wheel_rates.size());
+    for (std::size_t w = 0; w < std::min(x[k].wheel_rates.size(), y[k].wheel_rates.size()); ++w)
+      largest = std::max(largest, std::abs(x[k].wheel_rates[w] - y[k].wheel_rates[w]));
   }
   return largest;
 }
