@@ -222,7 +222,7 @@ PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
 // See PhaseRun::outcome().
 LoopOutcome loops_of(const lanes::LaneStructure& structure, const lanes::LaneOutcome& lane) {
   LoopOutcome loops;
-  for (const lanes::LoopTable& table : structure.loops) loops.rows += table.rows();
+  for (const lanes::LoopTable& table : structure.loops) loops.rows += table.forbidden();
   if (loops.rows == 0) return loops;
   const double relative = structure.integration.relative_tolerance;
   loops.rank = static_cast<int>(lane.loops.rank);

@@ -18,7 +18,7 @@ struct LaneClosure {
   Vector3<S> turn_C[3];  // directions of the angular rows
   S angular_scale, linear_scale;
 
-  const S& scale(const LoopTable& table, int row) const { return row < table.turns ? angular_scale : linear_scale; }
+  const S& scale(const LoopTable& table, int row) const { return row < table.turn_rows ? angular_scale : linear_scale; }
 
   /// Takes a case's numbers (lane_phase_tables.hpp) into a lane.
   void load(int lane, const double* n) {

@@ -267,11 +267,11 @@ void LaneColumns<S>::begin_bundle(int k, const Pose<S>& X_LC, bool opposite) {
   const LoopTable& table = tables_.loops[k];
   for (int r = 0; r < table.rows(); ++r) {
     Vector3<S> moment, force;
-    if (r < table.turns) {
+    if (r < table.turn_rows) {
       moment = X_LC.R * closures_[k].turn_C[r];
       force = Vector3<S>::zero();
     } else {
-      force = X_LC.R.column(r - table.turns);
+      force = X_LC.R.column(r - table.turn_rows);
       moment = cross(X_LC.p, force);
     }
     for (int c = 0; c < 3; ++c) {

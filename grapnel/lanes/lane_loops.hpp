@@ -70,7 +70,7 @@ class LaneLoops {
   S acceleration_rows(const Links& links, S* u);
   S acceleration_size(const Links& links) const;
   S velocity_rows(const Links& links, S* u);
-  void place_rows(S* e) const;
+  Vector3<S> turn_apart(int k, const Rotation<S>& R_CD) const;
   LaneDefect<S> defects(const Links& links);
   S scaled_size(const S* u) const;
 
@@ -128,8 +128,8 @@ void LaneLoops<S>::prepare(const DynamicsInput<S>& in, const Links& links) {
 template <class S>
 GRAPNEL_INLINE void LaneLoops<S>::take_rows(int k, const Vector3<S>& angular, const Vector3<S>& linear, S* rows) const {
   const LoopTable& table = tables_.loops[k];
-  for (int r = 0; r < table.turns; ++r) rows[r] = dot(columns_.closure(k).turn_C[r], angular);
-  for (int c = 0; c < 3; ++c) rows[table.turns + c] = linear[c];
+  for (int r = 0; r < table.turn_rows; ++r) rows[r] = dot(columns_.closure(k).turn_C[r], angular);
+  for (int c = 0; c < table.push_rows; ++c) rows[table.turn_rows + c] = linear[c];
 }
 
 // Twists of both sides at C, in its axes.
@@ -191,50 +191,47 @@ S LaneLoops<S>::velocity_rows(const Links& links, S* u) {
   return size;
 }
 
-// Defects of position as rows of C minus D, (8.4). Turns near half a turn become no numbers, or wrong ones: loops that
-// are so far open are not closed by a projection.
+// How D has turned against C in the directions that the grasp forbids, in C, (8.4). Turns near half a turn become no
+// numbers, or wrong ones: loops that are so far open are not closed by a projection.
 template <class S>
-void LaneLoops<S>::place_rows(S* e) const {
+Vector3<S> LaneLoops<S>::turn_apart(int k, const Rotation<S>& R_CD) const {
+  const LoopTable& table = tables_.loops[k];
   const S one(1.0), half(0.5);
-  for (int k = 0; k < tables_.loop_count; ++k) {
-    const LoopTable& table = tables_.loops[k];
-    const LaneClosure<S>& closure = columns_.closure(k);
-    const Pose<S> X_CD = inverse(columns_.X_bC(k)) * closure.X_bD;
-    Vector3<S> turn = Vector3<S>::zero();
-    if (table.turns == 3) {
-      // The vector part of the quaternion is half the skew part over w.
-      const Rotation<S>& R = X_CD.R;
-      const S w = half * sqrt(S(one + (S(R(0, 0) + R(1, 1)) + R(2, 2))));
-      const S f = S(0.25) / w;
-      const Vector3<S> vector{S(f * S(R(2, 1) - R(1, 2))), S(f * S(R(0, 2) - R(2, 0))), S(f * S(R(1, 0) - R(0, 1)))};
-      turn = turn_per_sine(norm(vector), w) * vector;
-    } else if (table.turns == 2) {
-      // From one axis to the other: the cross product is twice the sine and the cosine of half the angle.
-      const Vector3<S> axis = X_CD.R * closure.hinge_C;
-      const Vector3<S> cross_product = cross(closure.hinge_C, axis);
-      const S w = sqrt(S(half + half * dot(closure.hinge_C, axis)));
-      const S f = half / w;
-      turn = S(f * turn_per_sine(S(f * norm(cross_product)), w)) * cross_product;
-    }
-    take_rows(k, -turn, -X_CD.p, e + columns_.first_row(k));
+  if (table.turns == 3) {
+    // The vector part of the quaternion is half the skew part over w.
+    const Rotation<S>& R = R_CD;
+    const S w = half * sqrt(S(one + (S(R(0, 0) + R(1, 1)) + R(2, 2))));
+    const S f = S(0.25) / w;
+    const Vector3<S> vector{S(f * S(R(2, 1) - R(1, 2))), S(f * S(R(0, 2) - R(2, 0))), S(f * S(R(1, 0) - R(0, 1)))};
+    return turn_per_sine(norm(vector), w) * vector;
   }
+  if (table.turns == 2) {
+    // From one axis to the other: the cross product is twice the sine and the cosine of half the angle.
+    const Vector3<S>& hinge_C = columns_.closure(k).hinge_C;
+    const Vector3<S> axis = R_CD * hinge_C;
+    const Vector3<S> cross_product = cross(hinge_C, axis);
+    const S w = sqrt(S(half + half * dot(hinge_C, axis)));
+    const S f = half / w;
+    return S(f * turn_per_sine(S(f * norm(cross_product)), w)) * cross_product;
+  }
+  return Vector3<S>::zero();
 }
 
-// Largest defects over the closures from places and twists. Leaves the defects of places in u_.
+// Largest defects over the closures from places and twists, also in directions that have no row. Leaves those of
+// places in u_, as rows of C minus D.
 template <class S>
 LaneDefect<S> LaneLoops<S>::defects(const Links& links) {
   LaneDefect<S> largest = LaneDefect<S>::none();
-  const auto size = [](const S* x, int count) {
-    S sum(0.0);
-    for (int i = 0; i < count; ++i) sum += x[i] * x[i];
-    return sqrt(sum);
-  };
-  velocity_rows(links, rhs_.data());
-  place_rows(u_.data());
   for (int k = 0; k < tables_.loop_count; ++k) {
+    const Pose<S> X_CD = inverse(columns_.X_bC(k)) * columns_.closure(k).X_bD;
+    const Vector3<S> turn = turn_apart(k, X_CD.R);
+    take_rows(k, -turn, -X_CD.p, u_.data() + columns_.first_row(k));
+    const Twist<S> V_C = at_C(k, columns_.link_a(k, links)), V_D = at_D(k, columns_.link_b(k, links));
+    Vector3<S> spin = V_C.angular - V_D.angular;
     const int turns = tables_.loops[k].turns;
-    const S *e = u_.data() + columns_.first_row(k), *slip = rhs_.data() + columns_.first_row(k);
-    largest.raise({size(e + turns, 3), size(e, turns), size(slip + turns, 3), size(slip, turns)});
+    if (turns == 2) spin -= dot(spin, columns_.closure(k).hinge_C) * columns_.closure(k).hinge_C;
+    if (turns == 0) spin = Vector3<S>::zero();
+    largest.raise({norm(X_CD.p), norm(turn), norm(Vector3<S>(V_C.linear - V_D.linear)), norm(spin)});
   }
   return largest;
 }

@@ -14,6 +14,8 @@ namespace grapnel::lanes {
 /// Why lanes cannot keep a phase's loops closed; empty if they can, or there are none.
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup);
 
+/// Where all joints of a loop that turn do so about parallel axes, its closure has rows for what they can move alone,
+/// of a rigid grasp three instead of six (docs/theory.md, section 8.3).
 std::vector<LoopTable> loop_tables(const Model& model, const PhaseSetup& setup);
 
 /// kLoopNumbers of each closure.

@@ -114,15 +114,20 @@ inline constexpr int kGravity = 0, kOrbit = 3, kOrbitNumbers = 20, kAttitude = k
                      kLoadReach = 15, kLoadSpecular = 16, kLoadDiffuse = 17, kLoadNumbers = 18;
 inline constexpr int kWheelRow = 0, kWheelTorque = 3, kWheelRate = 4, kWheelNumbers = 5;
 
-/// A loop closure, as all cases have it: what constraint/loop_closure.hpp keeps together, as rows.
+/// A loop closure, as all cases have it: what constraint/loop_closure.hpp keeps together, as rows. Directions in which
+/// none of the loop's joints can move C against D have no rows (loop_tables()).
 struct LoopTable {
   int link_a, link_b;  // in one tree
-  int turns;           // angular rows: 3 of a rigid grasp, 2 of a hinge, none of a point
-  constexpr int rows() const { return turns + 3; }
+  int turns;           // directions in which the grasp forbids to turn: 3 of a rigid one, 2 of a hinge, none of a point
+  int turn_rows;       // of them those with a row
+  int push_rows;       // linear rows: along the first axes of C
+  constexpr int rows() const { return turn_rows + push_rows; }
+  constexpr int forbidden() const { return turns + 3; }
   bool operator==(const LoopTable&) const = default;
 };
-/// A closure's numbers in a case, as LoopPath has them: X_aC and X_bD (p, then R row by row), the hinge, directions of
-/// the angular rows (row by row), both in C, and what scales angular and linear rows.
+/// A closure's numbers in a case: X_aC and X_bD (p, then R row by row), the hinge, directions of the angular rows (row
+/// by row), both in C, and what scales angular and linear rows. As LoopPath has them, but that the axes of C and D are
+/// turned where the loop's joints move in a plane: z is its normal.
 inline constexpr int kLoopAC = 0, kLoopBD = 12, kLoopHinge = 24, kLoopTurns = 27, kLoopAngularScale = 36,
                      kLoopLinearScale = 37, kLoopNumbers = 38;
 

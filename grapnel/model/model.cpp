@@ -151,11 +151,11 @@ double Model::mass() const {
 namespace {
 template <class Items, class Name>
 int find_by_name(const Items& items, std::string_view name, std::string_view kind, Name name_of) {
-  std::string known;
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (name_of(items[i]) == name) return static_cast<int>(i);
-    known += (known.empty() ? "'" : ", '") + std::string(name_of(items[i])) + "'";
   }
+  std::string known;
+  for (const auto& item : items) known += (known.empty() ? "'" : ", '") + std::string(name_of(item)) + "'";
   throw std::out_of_range(
       fmt::format("no {} '{}' in the model; there are {}", kind, name, known.empty() ? "none" : known));
 }
@@ -226,6 +226,7 @@ Model ModelBuilder::build() const {
 
   // Parents first; otherwise the given order. Each pass places what has become placeable, so a cycle is what is left.
   std::vector<BodyDescription> sorted;
+  sorted.reserve(bodies_.size());
   std::map<std::string, int, std::less<>> index;
   std::vector<bool> placed(bodies_.size(), false);
   for (bool progress = true; progress;) {
@@ -265,9 +266,10 @@ Model ModelBuilder::build() const {
   if (!faults.empty()) throw ModelError(std::move(faults));
   std::vector<BodyPlacement> placements;
   model.tree_ = make_tree(sorted, parent, q, v, placements);
+  model.bodies_.reserve(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     const int root = parent[i] < 0 ? static_cast<int>(i) : model.bodies_[parent[i]].root;
-    model.bodies_.push_back({sorted[i], parent[i], q[i], v[i], root, placements[i]});
+    model.bodies_.push_back({std::move(sorted[i]), parent[i], q[i], v[i], root, placements[i]});
   }
   for (const FrameDescription& f : frames_) model.frames_.push_back({f.name, index.find(f.body)->second, f.X_BE});
   return model;

@@ -148,6 +148,110 @@ TEST(LaneLoops, RedundantRowsAgree) {
   EXPECT_TRUE(any);
 }
 
+// Two arms on one target, whose loop moves in a plane but for what a test asks for.
+struct PlanarLoop {
+  const char* what;
+  int turn_rows, push_rows;  // what lanes are to have
+  GraspModel model = GraspModel::rigid;
+  Vector3d hinge{0, 0, 1};
+  JointType last = JointType::revolute;  // of arm a, with its axis
+  Vector3d axis{0, 0, 1};
+};
+
+// The whole is turned any way: normals are no axes of links or grasps. `near`: starts near the posture with all joints
+// at zero, in which the grasp is made, or else there.
+Phase planar_loop(const PlanarLoop& loop, Random& random, bool near = true) {
+  ModelBuilder builder;
+  const Rotationd R = random.rotation();
+  const auto add = [&](const std::string& name, const std::string& parent, JointType type, const Posed& X_PF) {
+    BodyDescription b;
+    b.name = b.joint.name = name, b.parent = parent, b.joint.type = type, b.X_PF = X_PF;
+    b.mass = random.uniform(1, 3), b.com = random.vector(0.2), b.inertia = random_inertia(b.mass, 0.6, random);
+    if (name == "a3") b.joint.type = loop.last, b.joint.axis = loop.axis;
+    builder.add(b);
+  };
+  const auto along = [&](double x, double y) {
+    return Posed{rotation_about({0, 0, 1}, random.uniform(-1, 1)), {x, y, random.uniform(-0.1, 0.1)}};
+  };
+  add("base", "", JointType::free, Posed::identity());
+  add("a1", "base", JointType::revolute, {R, {0.5, 0, 0}});
+  add("a2", "a1", JointType::revolute, along(0.8, 0)), add("a3", "a2", JointType::revolute, along(0.7, 0.2));
+  add("target", "a3", JointType::fixed, along(0.3, 0.1));
+  add("b1", "base", JointType::revolute, {R, {-0.5, 0.1, 0}});
+  add("b2", "b1", JointType::revolute, along(-0.7, 0.3)), add("b3", "b2", JointType::revolute, along(0.6, 0.4));
+  Phase p{builder.build(), {}, {}, 0, 1.5};
+  LoopClosure grasp;
+  grasp.name = "b on target";
+  grasp.body_a = p.model.body_index("b3"), grasp.body_b = p.model.body_index("target");
+  const Rotationd R_C = random.rotation();
+  grasp.X_AC = {R_C, random.vector(0.4)};
+  const Kinematics k = forward_kinematics(p.model, zero_state(p.model));
+  grasp.X_BD = inverse(k.X_WB[grasp.body_b]) * (k.X_WB[grasp.body_a] * grasp.X_AC);
+  grasp.model = loop.model;
+  grasp.hinge_C = transposed_times(R_C, loop.hinge);  // of b3's axes, of which z is the normal
+  p.setup.closures = {grasp};
+  p.start = zero_state(p.model);
+  if (near) p.start = closed_near(p.model, p.setup.closures, p.start, {}, random);
+  for (int i = 0; i < p.model.velocities(); ++i) p.start.v[static_cast<std::size_t>(i)] = random.uniform(-0.4, 0.4);
+  Workspace workspace(p.model);
+  LoopSolver(p.model, p.setup.closures).close_velocities(p.start.q, {}, workspace, p.start.v);
+  return p;
+}
+
+TEST(LaneLoops, InAPlaneHaveRowsForWhatMoves) {
+  const double tilt = 0.6;
+  const Vector3d tilted{0, std::sin(tilt), std::cos(tilt)}, across{1, 0, 0};
+  using enum GraspModel;
+  const PlanarLoop loops[] = {
+      {"rigid", 1, 2},
+      {"hinge along the normal", 0, 2, hinge},
+      {"hinge off it", 1, 2, hinge, tilted},
+      {"hinge in the plane", 1, 2, hinge, across},
+      {"point", 0, 2, point},
+      {"sliding in the plane", 1, 2, rigid, {}, JointType::prismatic, across},
+      {"sliding off it", 1, 3, rigid, {}, JointType::prismatic, tilted},
+      {"sliding off it to a hinge", 0, 3, hinge, {0, 0, 1}, JointType::prismatic, {0, 0, 1}},
+      {"an axis off the normal", 3, 3, rigid, {}, JointType::revolute, tilted},
+      {"a ball joint", 3, 3, rigid, {}, JointType::spherical},
+  };
+  for (const PlanarLoop& loop : loops) {
+    SCOPED_TRACE(loop.what);
+    Random random(11);
+    std::vector<Phase> phases;
+    for (int i = 0; i < 5; ++i) phases.push_back(planar_loop(loop, random));
+    const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
+    ASSERT_EQ(structure.loops.size(), 1U);
+    EXPECT_EQ(structure.loops[0].turn_rows, loop.turn_rows);
+    EXPECT_EQ(structure.loops[0].push_rows, loop.push_rows);
+    expect_alike(loop.what, phases, 1e-10, tight(3e-13), 1e-11, 0.2);
+    expect_accounts_alike(phases, tight(1e-11));
+  }
+}
+
+// Axes that are parallel but for more than rounding have all rows: whether they count is for the rank.
+TEST(LaneLoops, AreInAPlaneWhereAxesAreParallelToRounding) {
+  Random random(13);
+  for (const double tilt : {1e-9, 1e-15}) {
+    const Phase p =
+        planar_loop({"tilted", 0, 0, GraspModel::rigid, {}, JointType::revolute, {0, std::sin(tilt), std::cos(tilt)}},
+                    random, false);
+    EXPECT_EQ(lane_structure(p.model, p.setup, tight()).loops[0].rows(), tilt > 1e-12 ? 6 : 3);
+  }
+}
+
+// A grasp that is open across the plane cannot be closed by its joints: it leaves the lanes.
+TEST(LaneLoops, LeaveWhereAPlaneKeepsThemOpen) {
+  Random random(12);
+  std::vector<Phase> phases;
+  for (int i = 0; i < 5; ++i) phases.push_back(planar_loop({"rigid", 1, 2}, random));
+  phases[2].setup.closures[0].X_AC.p += Vector3d{0, 0, 1e-6};  // of b3, whose z is the normal
+  const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
+  for (InstructionSet set : supported_instruction_sets()) {
+    for (const auto& [id, o] : run(structure, phases, all_of(phases), set))
+      EXPECT_EQ(o.status, id == 2 ? LaneStatus::loops_in_doubt : LaneStatus::finished) << id << explanation(o);
+  }
+}
+
 TEST(LaneLoops, AccountsAgree) {
   for (int index : cases_for_lanes(0, 1, test::repetitions(5) + 1))
     expect_accounts_alike(phases_of(random_closed(index), index, 5, {}), tight(1e-9));
