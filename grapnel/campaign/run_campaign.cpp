@@ -152,6 +152,7 @@ struct Setting {
   std::string_view reason, setting;
 };
 constexpr auto kSettings = std::to_array<Setting>({
+    {"loads are looked for", "the columns margins/…, which keep.columns can leave out"},
     {"loops are cut", "integration.loops"},
     {"loops are kept closed otherwise than by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},
@@ -215,7 +216,7 @@ std::optional<CampaignEstimate> estimate_campaign(const BlockWork& work, std::sp
 
 std::string estimate_text(const CampaignEstimate& estimate) {
   const double s = estimate.seconds;
-  const std::string time = s < 100    ? fmt::format("{:.2g} s", s)
+  const std::string time = s < 99.5   ? fmt::format("{:.2g} s", s)
                            : s < 6000 ? fmt::format("{:.0f} min", s / 60)
                            : s < 2e5  ? fmt::format("{:.2g} h", s / 3600)
                                       : fmt::format("{:.2g} days", s / 86400);
@@ -231,7 +232,7 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
     const CaseClock clock(campaign, stop);
     const StudyCase point = campaign.problem(k);
     const bool impact = campaign.mode == StudyMode::impact;
-    CaptureSteps steps(point.problem, CaptureDetail::columns, clock.watch(),
+    CaptureSteps steps(point.problem, detail_of(campaign.columns), clock.watch(),
                        impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
     std::set<std::string> said;
     bool watched = false;

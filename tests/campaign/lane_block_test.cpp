@@ -531,6 +531,24 @@ TEST(SlowSettings, NameWhatTakesTime) {
   EXPECT_EQ(fixed_steps.find("distances"), std::string::npos) << fixed_steps;
 }
 
+// A column that needs the loads of every step keeps motion out of lanes.
+TEST(SlowSettings, NameColumnsOfLoads) {
+  CaptureProblem base = watched_problem();
+  base.clearance.enabled = false;
+  Campaign campaign = campaign_of(base);
+  ASSERT_FALSE(campaign.columns.empty());
+  const auto says = [&] {
+    std::string all;
+    for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
+    return all.find("case by case instead of several at once: loads are looked for (the columns margins/") !=
+           std::string::npos;
+  };
+  for (Column& column : campaign.columns) column.needs_loads = false;
+  EXPECT_FALSE(says());
+  campaign.columns.back().needs_loads = true;
+  EXPECT_TRUE(says());
+}
+
 // Whose plumes meet what is seen inside of steps, where lanes do not look.
 TEST(SlowSettings, NamePlumes) {
   SKIP_UNDER_SANITIZERS();
