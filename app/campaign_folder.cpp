@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -225,10 +226,14 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
 
 int write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignResults& what,
                            StopSignal& stop) {
-  write_campaign_tables(folder, campaign, GRAPNEL_VERSION, !what.no_csv);
   if (what.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
+  // Numbers as text take as long as all the rest.
+  std::future<void> csv;
+  if (!what.no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
+  write_campaign_table(folder, campaign, GRAPNEL_VERSION);
   const CampaignTable table(folder / "table.h5");
   const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION);
+  if (csv.valid()) csv.get();
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
     write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, numbers.success_map));

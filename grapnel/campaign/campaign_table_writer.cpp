@@ -293,20 +293,72 @@ void check_row(const CaseRow& row, const Campaign& campaign) {
                            std::to_string(campaign.inputs.size()) + " and " + std::to_string(campaign.columns.size()));
 }
 
-// Hands all rows to `add`, and their lines to table.csv, if that is wanted.
-template <class Add>
-void take_rows(const Campaign& campaign, const std::function<void(const TakeRow&)>& rows, AtomicFile* csv, Add add) {
-  std::string text = csv ? csv_head(campaign) : "";
-  rows([&](const CaseRow& row) {
-    check_row(row, campaign);
-    add(row);
-    if (!csv) return;
-    text += csv_line(campaign, row);
-    if (text.size() < kCsvBlock) return;
-    csv->write(text);
-    text.clear();
+using EachRow = std::function<void(const TakeRow&)>;
+
+// Writes a file; what goes wrong names its path.
+template <class Write>
+void write_named(const fs::path& path, Write&& write) {
+  AtomicFile file(path);
+  try {
+    write(file);
+  } catch (const std::exception& e) {
+    const std::string what = e.what();
+    throw std::runtime_error(what.starts_with("cannot ") ? what : "cannot write " + path.string() + ": " + what);
+  }
+  file.commit();
+}
+
+void write_table(const fs::path& folder, const Campaign& campaign, const std::string& version, const EachRow& rows) {
+  write_named(folder / "table.h5", [&](AtomicFile& file) {
+    const auto hand_to = [&](auto& table) {
+      rows([&](const CaseRow& row) {
+        check_row(row, campaign);
+        table.add(row);
+      });
+    };
+    if (is_sweep(campaign)) {
+      SweepFile table(campaign);
+      hand_to(table);
+      std::string image = table.image(version);
+      seal(image);
+      file.write(image);
+    } else {
+      CampaignFile table(file.temporary(), campaign, version);
+      hand_to(table);
+      table.finish();
+      seal_file(file.temporary());
+    }
   });
-  if (csv) csv->write(text);
+}
+
+void write_csv(const fs::path& folder, const Campaign& campaign, const EachRow& rows) {
+  write_named(folder / "table.csv", [&](AtomicFile& file) {
+    std::string text = csv_head(campaign);
+    rows([&](const CaseRow& row) {
+      check_row(row, campaign);
+      text += csv_line(campaign, row);
+      if (text.size() < kCsvBlock) return;
+      file.write(text);
+      text.clear();
+    });
+    file.write(text);
+  });
+}
+
+// All that is on disk, which has been there a moment ago.
+EachRow rows_of(const fs::path& folder, const Campaign& campaign) {
+  return [&folder, &campaign](const TakeRow& take) {
+    std::uint64_t count = 0;
+    for_each_row(folder, campaign, [&](const CaseRow& row) {
+      ++count;
+      take(row);
+    });
+    if (count < campaign.total()) {
+      throw std::runtime_error(
+          fmt::format("only {} of {} cases can be read from its shards; the same command computes the others again",
+                      count, campaign.total()));
+    }
+  };
 }
 
 }  // namespace
@@ -355,50 +407,18 @@ void for_each_row(const fs::path& folder, const Campaign& campaign, const TakeRo
   });
 }
 
-void write_campaign_tables(const fs::path& folder, const Campaign& campaign, const std::string& version, bool with_csv,
-                           const std::function<void(const TakeRow&)>& rows) {
-  const fs::path path = folder / "table.h5";
-  AtomicFile file(path);
-  std::optional<AtomicFile> csv;
-  if (with_csv) csv.emplace(folder / "table.csv");
-  AtomicFile* text = csv ? &*csv : nullptr;
-  try {
-    if (is_sweep(campaign)) {
-      SweepFile table(campaign);
-      take_rows(campaign, rows, text, [&](const CaseRow& row) { table.add(row); });
-      std::string image = table.image(version);
-      seal(image);
-      file.write(image);
-    } else {
-      CampaignFile table(file.temporary(), campaign, version);
-      take_rows(campaign, rows, text, [&](const CaseRow& row) { table.add(row); });
-      table.finish();
-      seal_file(file.temporary());
-    }
-  } catch (const std::exception& e) {
-    const std::string what = e.what();
-    // The text's own messages name its path.
-    throw std::runtime_error(what.starts_with("cannot ") ? what : "cannot write " + path.string() + ": " + what);
-  }
-  file.commit();
-  if (csv) csv->commit();
+void write_campaign_table(const fs::path& folder, const Campaign& campaign, const std::string& version) {
+  write_table(folder, campaign, version, rows_of(folder, campaign));
 }
 
-void write_campaign_tables(const fs::path& folder, const Campaign& campaign, const std::string& version,
-                           bool with_csv) {
-  write_campaign_tables(folder, campaign, version, with_csv, [&](const TakeRow& take) {
-    std::uint64_t count = 0;
-    for_each_row(folder, campaign, [&](const CaseRow& row) {
-      ++count;
-      take(row);
-    });
-    // All were there a moment ago.
-    if (count < campaign.total()) {
-      throw std::runtime_error(
-          fmt::format("only {} of {} cases can be read from its shards; the same command computes the others again",
-                      count, campaign.total()));
-    }
-  });
+void write_campaign_csv(const fs::path& folder, const Campaign& campaign) {
+  write_csv(folder, campaign, rows_of(folder, campaign));
+}
+
+void write_campaign_tables(const fs::path& folder, const Campaign& campaign, const std::string& version, bool with_csv,
+                           const std::function<void(const TakeRow&)>& rows) {
+  write_table(folder, campaign, version, rows);
+  if (with_csv) write_csv(folder, campaign, rows);
 }
 
 }  // namespace grapnel

@@ -19,11 +19,11 @@ using TakeRow = std::function<void(const CaseRow&)>;
 /// Calls `take` with every row on disk, in the order of the indices, a block at a time.
 void for_each_row(const std::filesystem::path& folder, const Campaign& campaign, const TakeRow& take);
 
-/// Both files, from the shards; each is the old or the new one, complete. Same rows, same bytes. `version` is the
-/// program's. @throws std::runtime_error naming path and reason.
-void write_campaign_tables(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version,
-                           bool with_csv);
-/// The same of rows from elsewhere, as a sweep's: `rows` calls what it is given with each, in the order of the indices.
+/// The files, from the shards; each is the old or the new one, complete. Same rows, same bytes. `version` is the
+/// program's. Both may be written at the same time. @throws std::runtime_error naming path and reason.
+void write_campaign_table(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version);
+void write_campaign_csv(const std::filesystem::path& folder, const Campaign& campaign);
+/// Both, of rows from elsewhere, as a sweep's: `rows` calls what it is given with each, in the order of the indices.
 void write_campaign_tables(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version,
                            bool with_csv, const std::function<void(const TakeRow&)>& rows);
 

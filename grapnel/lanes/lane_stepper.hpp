@@ -172,6 +172,11 @@ class LaneStepper {
   }
   PackIntegrals<S> since_start(int tree) const;
   void show(unsigned lanes, const S* y);
+  // A lane's coordinates and velocities, into result_q_ and result_v_.
+  void take_out(int l, const S* y) {
+    for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
+    for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+  }
 
   const PhaseTables& tables_;
   CaseExchange& exchange_;
@@ -354,8 +359,7 @@ unsigned LaneStepper<S>::ask(unsigned lanes, const S* y) {
   unsigned refused = 0;
   for (int l = 0; l < kWidth; ++l) {
     if (((lanes >> l) & 1U) == 0) continue;
-    for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
-    for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+    take_out(l, y);
     lanes_[l].refused = !exchange_.counts(exchange_.context, l, lanes_[l].end, result_q_.data(), result_v_.data());
     if (lanes_[l].refused) refused |= 1U << l;
   }
@@ -438,8 +442,7 @@ void LaneStepper<S>::show(unsigned lanes, const S* y) {
   if (exchange_.look == nullptr) return;
   for (int l = 0; l < kWidth; ++l) {
     if (((lanes >> l) & 1U) == 0) continue;
-    for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
-    for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+    take_out(l, y);
     for (int i = 0; i < tables_.link_count; ++i) result_motor_[i] = dynamics_.motor_effort(i).get(l);
     const CaseLook look{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
     exchange_.look(exchange_.context, l, look);
@@ -449,8 +452,7 @@ void LaneStepper<S>::show(unsigned lanes, const S* y) {
 template <class S>
 void LaneStepper<S>::finish(int l, LaneStatus status) {
   const LaneState<S>& lane = lanes_[l];
-  for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y_[i].get(l);
-  for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y_[tables_.coordinates + i].get(l);
+  take_out(l, y_.data());
   CaseResult result{};
   result.status = status;
   result.time = lane.time;
@@ -620,8 +622,7 @@ S LaneStepper<S>::enter_intervals(unsigned accepted) {
 template <class S>
 void LaneStepper<S>::ask_case(int l, bool is_first, const LaneInterval& interval, const S* y) {
   LaneState<S>& lane = lanes_[l];
-  for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
-  for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+  take_out(l, y);
   for (int i = 0; i < tables_.integral_count; ++i) result_integrals_[i] = y[integrals_ + i].get(l);
   const CaseTurn turn{is_first,
                       lane.end,

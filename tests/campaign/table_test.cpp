@@ -101,21 +101,19 @@ TEST(CampaignTable, IsMadeFromAllShards) {
       store.write(missing.block, rows);
     }
   }
-  write_campaign_tables(folder.path(), campaign, "1", true);
+  write_campaign_table(folder.path(), campaign, "1");
+  write_campaign_csv(folder.path(), campaign);
   std::vector<std::uint64_t> expected(kAll);
   std::iota(expected.begin(), expected.end(), 0);
   EXPECT_EQ(CampaignTable(folder.path() / "table.h5").indices(), expected);
   // A shard that has become unreadable since is no reason for fewer rows: the table that was there stays.
   fs::remove(shard_path(folder.path(), 1));
-  const std::string before = bytes_of(folder.path() / "table.h5");
-  try {
-    write_campaign_tables(folder.path(), campaign, "1", true);
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("of " + std::to_string(kAll) + " cases can be read"), std::string::npos)
-        << error.what();
-  }
-  EXPECT_EQ(bytes_of(folder.path() / "table.h5"), before);
+  const std::string table = bytes_of(folder.path() / "table.h5"), csv = bytes_of(folder.path() / "table.csv");
+  const std::string all = "of " + std::to_string(kAll) + " cases can be read";
+  EXPECT_NE(message_of([&] { write_campaign_table(folder.path(), campaign, "1"); }).find(all), std::string::npos);
+  EXPECT_NE(message_of([&] { write_campaign_csv(folder.path(), campaign); }).find(all), std::string::npos);
+  EXPECT_EQ(bytes_of(folder.path() / "table.h5"), table);
+  EXPECT_EQ(bytes_of(folder.path() / "table.csv"), csv);
 }
 
 TEST(CampaignTable, TextIsLikeTheTable) {
