@@ -1,0 +1,183 @@
+/// The last piece straight in: to the stand-off, and along the approach direction in the tumbling target's frame.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/approach/approach_planner.hpp"
+
+namespace grapnel {
+namespace {
+
+// Flights are good to about this [m, rad and their rates].
+constexpr double kArrivedInFlight = 10 * kArrived;
+
+}  // namespace
+
+void ApproachPlanner::stand_off_and_in(double begin) {
+  const StraightIn& setup = *approach_.straight_in;
+  StraightInProblem in;
+  in.begin = begin, in.end = approach_.duration;
+  in.motion = motion_, in.gravity = problem_.gravity;
+  in.most_steps = problem_.integration.max_steps;
+  in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
+  for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+    const TargetMotion at = target_at(t, begin);
+    in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
+  }
+  in.goals = straight_goals(problem_, servicer_.model);
+  if (bends()) {
+    come_in_bending(in);
+  } else {
+    come_in(in, {});
+  }
+  std::vector<std::string> how;
+  if (attitude_kept()) how.push_back("for a base that keeps its attitude exactly");
+  if (approach_.base_control && !attitude_kept()) how.push_back("without attitude control");
+  if (!approach_.base_control && has_rotors() && base_.floats()) how.push_back("with rotors at rest in the base");
+  if (loaded() || targets_loaded()) how.push_back("without loads");
+  if (!how.empty()) {
+    plan_.warnings.push_back(
+        fmt::format("approach: straight_in is planned {}; the end-effectors will miss by what that leaves out",
+                    fmt::join(how, " and ")));
+  }
+  if (problem_.orbit) warn_of_orbit(in);
+}
+
+void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
+  ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.stand_off, 0), RateDemand::task);
+  set_search(reach);
+  if (!guess.empty()) reach.guess = guess, reach.starts = 1;
+  const ReachSolution s = solve(reach, ", stand-off");
+  report(reach, s);
+  if (disturbed() && !bends() && asks_of_way(reach) && is_to_be_said_what_flies()) {
+    plan_.warnings.push_back(fmt::format(
+        "approach: limits on the way, clearance and what else is asked of the way to the stand-off are kept by the "
+        "plan of the robot that {}; with straight_in its final values are not corrected for the one that flies, "
+        "whose limits and clearance are watched in the run{}",
+        planned_robot(), what_it_does(reach, s.position, s.rate, {s.knots, s.coefficients})));
+  }
+  advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
+  in.position = position_, in.X_WB = X_WB_;
+  take_straight_in(in, plan_straight_in(base_, in));
+}
+
+void ApproachPlanner::come_in_bending(StraightInProblem& in) {
+  constexpr int kMost = 8;
+  const std::vector<StraightGoal> meant = in.goals;
+  const ApproachPlan before = plan_;
+  const double time = time_;
+  const std::vector<double> position = position_, rate = rate_;
+  const Posed X_WB = X_WB_;
+  std::vector<double> guess;
+  for (int i = 0;; ++i) {
+    come_in(in, guess);
+    guess = in.position;
+    const std::vector<Vector3d> missed = missed_by_bending(meant, in.end);  // in the targets
+    double largest = 0;
+    for (std::size_t g = 0; g < meant.size(); ++g) {
+      plan_.report.miss[g].distance = norm(missed[g]);
+      largest = std::max(largest, norm(missed[g]));
+    }
+    if (largest <= kArrivedInFlight || i == kMost) {
+      plan_.warnings.push_back(fmt::format(
+          "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
+          "points; it is planned for the one that does not bend, from whose velocities and turns there they differ "
+          "by what bends",
+          largest));
+      return;
+    }
+    for (std::size_t g = 0; g < meant.size(); ++g) in.goals[g].X_TG.p = in.goals[g].X_TG.p - missed[g];
+    const long evaluations = plan_.report.rhs_evaluations;
+    plan_ = before;
+    plan_.report.rhs_evaluations = evaluations;
+    time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
+  }
+}
+
+std::vector<Vector3d> ApproachPlanner::missed_by_bending(const std::vector<StraightGoal>& goals, double end) {
+  const Kinematics k = forward_kinematics(flown_.model, fly(plan_.joints, end));
+  std::vector<Vector3d> missed;
+  for (const StraightGoal& goal : goals) {
+    const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+    const Posed& X_WT = targets_.capture[static_cast<std::size_t>(goal.target)].X_WT;
+    missed.push_back(inverse(X_WT) * frame_pose(flown_.model, k, frame).p - goal.X_TG.p);
+  }
+  return missed;
+}
+
+void ApproachPlanner::warn_of_orbit(const StraightInProblem& in) {
+  const ReferenceOrbit orbit = reference_orbit(*problem_.orbit);
+  const OrbitPoint begin = orbit_point(orbit, 0), end = orbit_point(orbit, in.end);
+  const double gradient = std::max(begin.gradient, end.gradient), piece = in.end - in.begin;
+  const Vector3d velocity = (1 / motion_.mass) * motion_.h.linear;
+  const double servicer =
+      std::max(norm(motion_.p_WCom - begin.position), norm(motion_.p_WCom + in.end * velocity - end.position));
+  double target = 0;
+  for (const TargetMotion& at : targets_.capture) target = std::max(target, norm(at.X_WT.p - end.position));
+  plan_.warnings.push_back(fmt::format(
+      "approach: straight_in is planned without the orbit's field, which displaces the servicer and the targets "
+      "meanwhile by up to {:.2g} m and turns them by up to {:.2g} rad: the end-effectors will miss by what it does",
+      gradient * (servicer * in.end * in.end + target * piece * piece), 0.75 * gradient * in.end * in.end));
+}
+
+void ApproachPlanner::require_arrival(const StraightInPath& path) {
+  constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+  double largest = 0;
+  std::string text;
+  for (std::size_t i = 0; i < path.miss.size(); ++i) {
+    plan_.report.miss[i].distance = path.miss[i].distance;
+    plan_.report.miss[i].angle = path.miss[i].angle;
+    largest = std::max({largest, path.miss[i].distance, path.miss[i].angle});
+    if (path.miss[i].distance <= kMissed && path.miss[i].angle <= kMissed) continue;
+    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
+                        plan_.report.miss[i].end_effector, path.miss[i].distance, path.miss[i].angle);
+  }
+  if (text.empty()) {
+    if (largest > 1e-9) {
+      plan_.warnings.push_back(
+          fmt::format("approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+    }
+    return;
+  }
+  plan_.report.found = false;
+  throw Unplannable(fmt::format(
+      "planning the approach, straight in: {}: {}", text,
+      path.damped
+          ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
+                        "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
+                        "(initial.joints, plan.guess) may help",
+                        path.damped_begin)
+          : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
+                        "approach_direction may help")));
+}
+
+void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
+  plan_.report.rhs_evaluations += path.rhs_evaluations;
+  if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
+  require_arrival(path);
+  for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+    auto& pieces = plan_.joints[j].pieces;
+    pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());
+    position_[j] = evaluate(plan_.joints[j], in.end).position;
+  }
+  rate_ = path.rate_end;
+  plan_.report.straight_in =
+      StraightInReport{in.begin,        in.stand_off,      in.final_speed,  path.smallest_singular_value,
+                       path.damped,     path.damped_begin, path.damped_end, path.unmet,
+                       path.unmet_time, path.fit_error};
+  if (path.damped) {
+    plan_.warnings.push_back(
+        fmt::format("approach: straight in, the arms pass a singularity of the generalized Jacobian between t = {:.4g} "
+                    "and {:.4g} s (smallest singular value {:.3g}); joint rates are damped there and the demanded "
+                    "motion is missed by up to {:.3g} (m/s or rad/s)",
+                    path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
+  } else if (path.unmet > 1e-9) {
+    plan_.warnings.push_back(
+        fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
+                    "is left unmet, at t = {:.4g} s",
+                    path.unmet, path.unmet_time));
+  }
+}
+
+}  // namespace grapnel
