@@ -6,6 +6,7 @@
 /// share.
 
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,7 +17,7 @@
 #include "grapnel/approach/planned_base.hpp"
 #include "grapnel/approach/way_setup.hpp"
 #include "grapnel/plan/reach.hpp"
-#include "grapnel/plan/straight_in.hpp"
+#include "grapnel/plan/straight_way.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -161,6 +162,25 @@ class ApproachPlanner {
 
   // To the stand-off and straight in. `guess`: where the search for the stand-off begins; empty: as approach.plan says.
   void come_in(StraightInProblem& in, const std::vector<double>& guess);
+
+  // A configuration at the stand-off, and the piece from there.
+  struct StandOff {
+    ReachSolution solution;
+    StraightWay piece;
+  };
+  StandOff try_stand_off(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
+
+  // From the stand-off that the search found, or else from another one, to a piece that keeps what `reach` asks of the
+  // way: from near it, where the piece itself says that it would be kept, then from others.
+  StandOff keep_on_the_way(const StraightInProblem& in, const ReachProblem& reach, ReachSolution solution);
+  std::optional<StandOff> begin_where_it_keeps(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
+  std::optional<StandOff> stand_off_near(const StraightInProblem& in, const ReachProblem& reach,
+                                         const std::vector<double>& guess, int starts);
+
+  // What the objective asked for is at a solution that another one chose.
+  void take_objective(const ReachProblem& reach, ReachSolution& solution);
+  [[noreturn]] void refuse_straight_in(const StraightInProblem& in, const ReachProblem& reach, const StandOff& best,
+                                       int tried);
 
   // The grasp points to which the rigid robot comes in are shifted, in their targets, by what a flight of the one that
   // bends is off, until that one's end-effectors are on the points that are meant.

@@ -6,8 +6,9 @@
 /// (Umetani and Yoshida 1989), which is what (2.5) is for:
 ///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
 /// with V_d the place's twist and e what is left of the error (none of the roll, which has no value to keep); solved by
-/// singular values, small ones damped, for the rates of least norm. The joint motion that comes out is kept as
-/// Chebyshev series, so that it can be followed exactly by a simulation that knows nothing of its origin.
+/// singular values, small ones damped, for the rates of least norm, or for those nearest to a self-motion z(t), which
+/// is how joints keep limits on the way (straight_way.hpp). The joint motion that comes out is kept as Chebyshev
+/// series, so that it can be followed exactly by a simulation that knows nothing of its origin.
 
 #include <cstdint>
 #include <string>
@@ -40,6 +41,17 @@ struct StraightGoal {
   bool roll = false;                         // the end-effector turns about the direction as the target does
 };
 
+/// Rates that the joints take as far as they move no end-effector,
+///   z(t) = sum_k c_k phi_k(x),   x = (t - begin)/(end - begin)                                                     (2)
+/// with phi_k the polynomials of degree k + 4 with double zeros at both ends that are orthonormal on [0, 1]:
+/// x^2 (1 - x)^2 times Gegenbauer's of order 9/2. So the piece begins and ends with rates of least norm, and with their
+/// accelerations.
+struct SelfMotion {
+  std::vector<double> coefficients = {};  // c_kj, those of phi_0 for all joints first [rad/s or m/s]; empty: none
+};
+/// phi_0(x), phi_1(x), ... into `phi`.
+void self_motion_basis(double x, std::span<double> phi);
+
 struct StraightInProblem {
   double begin = 0, end = 0;       // [s]
   std::vector<double> position;    // joints at `begin`
@@ -51,6 +63,14 @@ struct StraightInProblem {
   double stand_off = 0;                  // [m]
   double final_speed = 0;                // [m/s]
   std::int64_t most_steps = 10'000'000;  // of one integration
+  SelfMotion self_motion;
+};
+
+/// Where the servicer is on the piece.
+struct StraightInPoint {
+  double time = 0;
+  std::vector<double> position;  // of the joints
+  Posed X_WB = Posed::identity();
 };
 
 struct StraightInPath {
@@ -63,13 +83,20 @@ struct StraightInPath {
   double unmet_time = 0;
   bool damped = false;  // near a singularity: over which time, and the smallest singular value
   double damped_begin = 0, damped_end = 0, smallest_singular_value = 0;
-  std::vector<GoalMiss> miss;  // per goal, at the end
+  std::vector<GoalMiss> miss;           // per goal, at the end
+  std::vector<StraightInPoint> points;  // some two hundred and more, the ends among them
   long rhs_evaluations = 0;
 };
 
 /// Goals of all end-effectors at a distance from their grasp points, for the targets as given, closing at `speed`.
 std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
                            double speed);
+
+/// The targets at increasing times from `begin` on.
+std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times);
+
+/// How far the hands have come, and how fast, at a time: s of (6.9)'s profile, a distance from the grasp point.
+JointPoint straight_distance(const StraightInProblem& problem, double time);
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem);
 

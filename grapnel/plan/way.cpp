@@ -14,8 +14,6 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kWayPanels[] = {8, 2};  // at least; of 16 nodes
-constexpr double kTolerated = 1e-6;   // more is a violation [rad, m or 1]
-constexpr double kAimed = 5e-7;       // what is aimed at, within the violation
 
 using Kept = WayLook::Kept;
 using Instant = WayLook::Instant;
