@@ -160,6 +160,13 @@ class ApproachPlanner {
 
   void stand_off_and_in(double begin);
 
+  // The stand-off, and what was asked of the way there. `guess`: where the search begins; empty: as approach.plan says.
+  struct PlannedStandOff {
+    ReachProblem reach;
+    ReachSolution solution;
+  };
+  PlannedStandOff plan_stand_off(StraightInProblem& in, const std::vector<double>& guess);
+
   // To the stand-off and straight in. `guess`: where the search for the stand-off begins; empty: as approach.plan says.
   void come_in(StraightInProblem& in, const std::vector<double>& guess);
 
@@ -186,14 +193,21 @@ class ApproachPlanner {
   // bends is off, until that one's end-effectors are on the points that are meant.
   void come_in_bending(StraightInProblem& in);
 
-  // How far end-effectors are from their grasp points at the end of the plan, if it is flown by the robot that bends.
-  std::vector<Vector3d> missed_by_bending(const std::vector<StraightGoal>& goals, double end);
+  // How far end-effectors are from their grasp points, in the targets, at the end of a flight.
+  std::vector<Vector3d> missed_in_flight(const std::vector<StraightGoal>& goals, const State& end) const;
 
-  // What the field near the orbit does to a plan that knows nothing of it, at most (14.6). Places: an acceleration of
-  // at most 2 mu/R^3 times the distance from the reference point, of the servicer in the whole approach, of a target in
-  // the piece straight in. Attitudes: at most 3/2 mu/R^3, from (14.3) with the largest difference of moments of
-  // inertia.
-  void warn_of_orbit(const StraightInProblem& in);
+  // To the stand-off as flights correct it, and from there straight in with the momentum, the centre of mass and the
+  // targets' motion that a flight of the plan shows, until the plan arrives in flight.
+  void come_in_flown(StraightInProblem& in);
+
+  // With which a base that is planned for as one that keeps its attitude turns all the same, in B [rad/s].
+  Vector3d turn_beside(const State& servicer) const;
+
+  // A flight of the plan: what moves the servicer over the piece, and the farthest that an end-effector is from its
+  // point in the end [m].
+  double fly_over(const StraightInProblem& in, StraightInSurroundings& around);
+  std::function<std::vector<FreeBody>(double time)> targets_over(const StraightInProblem& in) const;
+  void warn_of_flown_miss(double largest);
 
   // A singularity on the way may be passed and made up for; one at the end may not.
   void require_arrival(const StraightInPath& path);

@@ -84,7 +84,14 @@ State ApproachPlanner::fly_disturbed(const ReachProblem& reach, const std::vecto
 State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
   PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
   watch.each_step = each_step();
-  const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, problem_.integration, watch);
+  IntegrationSetup integration = problem_.integration;
+  if (watch.probe) {
+    // Between its ends a long step is known to order 7 only.
+    constexpr double kSteps = 400;
+    const double most = (end - begin_) / kSteps;
+    integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
+  }
+  const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, integration, watch);
   if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
   plan_.report.rhs_evaluations += outcome.rhs_evaluations;
   return outcome.end_state;
@@ -126,11 +133,8 @@ FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::ve
   if (reach.demand == RateDemand::given) return result;
   const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
   // A base that is to keep its attitude turns by what its control lags.
-  const Vector3d w_B = attitude_kept()
-                           ? transposed_times(X_WB.R, root_twist(servicer_.model, end, servicer_.base).angular)
-                           : Vector3d::zero();
   const DemandedRates demanded =
-      demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, w_B);
+      demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, turn_beside(end));
   for (std::size_t j = 0; j < rate.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
     result.gap[k] = demanded.rates[k] - rate[j];

@@ -13,9 +13,6 @@
 namespace grapnel {
 namespace {
 
-// Flights are good to about this [m, rad and their rates].
-constexpr double kArrivedInFlight = 10 * kArrived;
-
 // Of two parts of a way.
 WayFigures both(const WayFigures& a, const WayFigures& b) {
   WayFigures f = a;
@@ -55,23 +52,15 @@ void ApproachPlanner::stand_off_and_in(double begin) {
   in.goals = straight_goals(problem_, servicer_.model);
   if (bends()) {
     come_in_bending(in);
+  } else if (disturbed() || targets_loaded()) {
+    come_in_flown(in);
   } else {
     come_in(in, {});
   }
-  std::vector<std::string> how;
-  if (attitude_kept()) how.push_back("for a base that keeps its attitude exactly");
-  if (approach_.base_control && !attitude_kept()) how.push_back("without attitude control");
-  if (!approach_.base_control && has_rotors() && base_.floats()) how.push_back("with rotors at rest in the base");
-  if (loaded() || targets_loaded()) how.push_back("without loads");
-  if (!how.empty()) {
-    plan_.warnings.push_back(
-        fmt::format("approach: straight_in is planned {}; the end-effectors will miss by what that leaves out",
-                    fmt::join(how, " and ")));
-  }
-  if (problem_.orbit) warn_of_orbit(in);
 }
 
-void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
+ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProblem& in,
+                                                                 const std::vector<double>& guess) {
   ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.stand_off, 0), RateDemand::task);
   set_search(reach);
   if (!guess.empty()) reach.guess = guess, reach.starts = 1;
@@ -83,13 +72,11 @@ void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& 
     in.self_motion = kept.piece.self_motion;
   }
   report(reach, s);
-  if (disturbed() && !bends() && asks_of_way(reach) && is_to_be_said_what_flies()) {
-    plan_.warnings.push_back(fmt::format(
-        "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of the robot "
-        "that {}; with straight_in its final values are not corrected for the one that flies, whose limits and "
-        "clearance are watched in the run{}",
-        planned_robot(), what_it_does(reach, s.position, s.rate, {s.knots, s.coefficients})));
-  }
+  return {std::move(reach), std::move(s)};
+}
+
+void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
+  const auto [reach, s] = plan_stand_off(in, guess);
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
   take_straight_in(in, plan_straight_in(base_, in));
@@ -193,65 +180,6 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
       is_free ? "a longer straight_in.duration, a shorter stand_off or another guess may help"
               : "orientation: axis or free, roll: free, a longer straight_in.duration, a shorter stand_off or another "
                 "guess may help"));
-}
-
-void ApproachPlanner::come_in_bending(StraightInProblem& in) {
-  constexpr int kMost = 8;
-  const std::vector<StraightGoal> meant = in.goals;
-  const ApproachPlan before = plan_;
-  const double time = time_;
-  const std::vector<double> position = position_, rate = rate_;
-  const Posed X_WB = X_WB_;
-  std::vector<double> guess;
-  for (int i = 0;; ++i) {
-    come_in(in, guess);
-    guess = in.position;
-    const std::vector<Vector3d> missed = missed_by_bending(meant, in.end);  // in the targets
-    double largest = 0;
-    for (std::size_t g = 0; g < meant.size(); ++g) {
-      plan_.report.miss[g].distance = norm(missed[g]);
-      largest = std::max(largest, norm(missed[g]));
-    }
-    if (largest <= kArrivedInFlight || i == kMost) {
-      plan_.warnings.push_back(fmt::format(
-          "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
-          "points; it is planned for the one that does not bend, from whose velocities and turns there they differ "
-          "by what bends",
-          largest));
-      return;
-    }
-    for (std::size_t g = 0; g < meant.size(); ++g) in.goals[g].X_TG.p = in.goals[g].X_TG.p - missed[g];
-    const long evaluations = plan_.report.rhs_evaluations;
-    plan_ = before;
-    plan_.report.rhs_evaluations = evaluations;
-    time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
-  }
-}
-
-std::vector<Vector3d> ApproachPlanner::missed_by_bending(const std::vector<StraightGoal>& goals, double end) {
-  const Kinematics k = forward_kinematics(flown_.model, fly(plan_.joints, end));
-  std::vector<Vector3d> missed;
-  for (const StraightGoal& goal : goals) {
-    const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
-    const Posed& X_WT = targets_.capture[static_cast<std::size_t>(goal.target)].X_WT;
-    missed.push_back(inverse(X_WT) * frame_pose(flown_.model, k, frame).p - goal.X_TG.p);
-  }
-  return missed;
-}
-
-void ApproachPlanner::warn_of_orbit(const StraightInProblem& in) {
-  const ReferenceOrbit orbit = reference_orbit(*problem_.orbit);
-  const OrbitPoint begin = orbit_point(orbit, 0), end = orbit_point(orbit, in.end);
-  const double gradient = std::max(begin.gradient, end.gradient), piece = in.end - in.begin;
-  const Vector3d velocity = (1 / motion_.mass) * motion_.h.linear;
-  const double servicer =
-      std::max(norm(motion_.p_WCom - begin.position), norm(motion_.p_WCom + in.end * velocity - end.position));
-  double target = 0;
-  for (const TargetMotion& at : targets_.capture) target = std::max(target, norm(at.X_WT.p - end.position));
-  plan_.warnings.push_back(fmt::format(
-      "approach: straight_in is planned without the orbit's field, which displaces the servicer and the targets "
-      "meanwhile by up to {:.2g} m and turns them by up to {:.2g} rad: the end-effectors will miss by what it does",
-      gradient * (servicer * in.end * in.end + target * piece * piece), 0.75 * gradient * in.end * in.end));
 }
 
 void ApproachPlanner::require_arrival(const StraightInPath& path) {

@@ -63,6 +63,7 @@ class Tumbling {
 
   // At time t: orientation from y, the centre of mass on its parabola.
   std::vector<FreeBody> bodies(double t, std::span<const double> y) const {
+    if (problem_.surroundings && problem_.surroundings->targets) return problem_.surroundings->targets(t);
     std::vector<FreeBody> bodies = problem_.targets;
     const double s = t - problem_.begin;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -101,6 +102,10 @@ class Motion {
         targets_(problem, n_ + 7),
         theta_dot_(n_),
         phi_(problem.self_motion.coefficients.size() / static_cast<std::size_t>(std::max(1, n_))) {
+    if (!problem.rate_begin.empty()) {
+      const std::vector<double> y = initial(), own = rates(problem.begin, y);
+      for (int j = 0; j < n_; ++j) besides_.push_back(problem.rate_begin[j] - own[j]);
+    }
     path_.smallest_singular_value = std::numeric_limits<double>::infinity();
   }
 
@@ -123,11 +128,15 @@ class Motion {
 
   void operator()(double t, std::span<const double> y, std::span<double> dydt) {
     const Posed X_WB = base_pose(y);
-    const Momentumd h_B = problem_.motion.in_base(t, X_WB);
+    const Momentumd h_B = momentum(t, X_WB);
     resolve(t, y, X_WB, h_B);
     std::copy(theta_dot_.begin(), theta_dot_.end(), dydt.begin());
     base_.move(theta_dot_, h_B);
-    const Twistd V_B = twist_from(base_.base_twist());
+    Twistd V_B = twist_from(base_.base_twist());
+    if (problem_.surroundings) {
+      const Vector3d w_B = problem_.surroundings->w_B(t);
+      V_B += Twistd{w_B, -cross(w_B, base_.com())};
+    }
     const Vector3d v = X_WB.R * V_B.linear;
     for (int k = 0; k < 3; ++k) dydt[n_ + k] = v[k];
     Tumbling::put(quaternion_rate(Tumbling::quaternion(&y[n_ + 3]), V_B.angular), &dydt[n_ + 3]);
@@ -138,7 +147,7 @@ class Motion {
   const std::vector<double>& rates(double t, std::span<const double> y) {
     const Posed X_WB = base_pose(y);
     record_ = true;
-    resolve(t, y, X_WB, problem_.motion.in_base(t, X_WB));
+    resolve(t, y, X_WB, momentum(t, X_WB));
     record_ = false;
     return theta_dot_;
   }
@@ -148,20 +157,25 @@ class Motion {
   }
 
  private:
+  Momentumd momentum(double t, const Posed& X_WB) const {
+    return (problem_.surroundings ? problem_.surroundings->motion(t) : problem_.motion).in_base(t, X_WB);
+  }
+
   // theta_dot_ by (1).
   void resolve(double t, std::span<const double> y, const Posed& X_WB, const Momentumd& h_B) {
     const JointPoint d = straight_distance(problem_, t);
     const std::vector<Goal> goals = goals_at(problem_, targets_.bodies(t, y), d.position, -d.rate);
     base_.place(y.first(n_));
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
-    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
+    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_,
+                problem_.surroundings ? problem_.surroundings->w_B(t) : Vector3d::zero());
     pull_in(goals);
     take_out_self_motion(t);
     // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
     const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
     if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
       for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
-      add_self_motion();
+      add_to_rates(t);
       if (!record_) return;
       path_.miss = misses(goals, error_);
       const double smallest = smallest_singular_value(G_);
@@ -185,7 +199,7 @@ class Motion {
     }
     const Eigen::VectorXd rates = svd.matrixV() * z;
     for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
-    add_self_motion();
+    add_to_rates(t);
     if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
   }
@@ -201,8 +215,10 @@ class Motion {
     }
     b_ -= G_ * z_;
   }
-  void add_self_motion() {
+  void add_to_rates(double t) {
     for (Eigen::Index j = 0; j < z_.size(); ++j) theta_dot_[static_cast<std::size_t>(j)] += z_[j];
+    const double left = std::exp(-kGain * (t - problem_.begin));
+    for (std::size_t j = 0; j < besides_.size(); ++j) theta_dot_[j] += left * besides_[j];
   }
 
   // - k e of (1). Rows of task and error agree but for a roll, which is one row or makes two rows across the direction
@@ -235,7 +251,7 @@ class Motion {
   int n_;
   Tumbling targets_;
   bool record_ = false;
-  std::vector<double> theta_dot_, phi_;
+  std::vector<double> theta_dot_, phi_, besides_;
   Eigen::VectorXd error_, b_, z_;
   Eigen::MatrixXd J_joint_, J_base_, G_;
 };

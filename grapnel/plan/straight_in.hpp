@@ -11,6 +11,8 @@
 /// series, so that it can be followed exactly by a simulation that knows nothing of its origin.
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
@@ -26,6 +28,16 @@ struct FreeBody {
   Twistd V_WT = Twistd::zero();               // at T's origin, in W
   Vector3d com = Vector3d::zero();            // in T [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in T [kg m^2]
+};
+
+/// What moves the servicer and the targets where more acts on them than uniform gravity, over the piece.
+struct StraightInSurroundings {
+  /// Of the servicer: its momentum and centre of mass at that time, FreeMotion::time.
+  std::function<FreeMotion(double time)> motion;
+  /// With which a base that keeps its attitude turns all the same, in B [rad/s].
+  std::function<Vector3d(double time)> w_B;
+  /// Per target; empty: they move freely.
+  std::function<std::vector<FreeBody>(double time)> targets;
 };
 
 /// A grasp point to come in to.
@@ -64,6 +76,10 @@ struct StraightInProblem {
   double final_speed = 0;                // [m/s]
   std::int64_t most_steps = 10'000'000;  // of one integration
   SelfMotion self_motion;
+  /// With which the joints come to the begin, where that is known only as well as flights are; empty: those of (1).
+  /// What they differ by fades as e does.
+  std::vector<double> rate_begin;
+  std::shared_ptr<const StraightInSurroundings> surroundings;  // null: `motion`, and targets that move freely
 };
 
 /// Where the servicer is on the piece.
