@@ -76,7 +76,7 @@ ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProbl
 }
 
 void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
-  const auto [reach, s] = plan_stand_off(in, guess);
+  const ReachSolution s = plan_stand_off(in, guess).solution;
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
   take_straight_in(in, plan_straight_in(base_, in));

@@ -1,5 +1,7 @@
 #include "grapnel/plan/segment_way.hpp"
 
+#include "grapnel/dense/decompositions.hpp"
+
 namespace grapnel {
 
 SegmentWay::SegmentWay(FloatingBase& base, const ReachProblem& problem, int knots, int panels)

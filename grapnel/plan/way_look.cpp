@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 
+#include "grapnel/dense/decompositions.hpp"
+
 namespace grapnel {
 namespace {
 
