@@ -170,6 +170,11 @@ DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const 
   return result;
 }
 
+void add_self_motion(const Eigen::VectorXd& z, DemandedRates& demanded) {
+  demanded.added = z;
+  demanded.rates += z - demanded.G_inverse * (demanded.G * z);
+}
+
 namespace {
 
 // dG^T weights: per joint of the rates (rows) and joint value or component of a small rotation of the base in B
@@ -240,7 +245,8 @@ RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Mo
   const Eigen::MatrixXd null = Eigen::MatrixXd::Identity(n, n) - inverse * demanded.G;
   constexpr double kNothing = 1e-9;
   if (null.lpNorm<Eigen::Infinity>() > kNothing) {
-    const WeightedChange change = change_of_rows(base, X_WB, goals, demand, inverse.transpose() * demanded.rates);
+    const Eigen::VectorXd solved = demanded.added.size() ? demanded.rates - demanded.added : demanded.rates;
+    const WeightedChange change = change_of_rows(base, X_WB, goals, demand, inverse.transpose() * solved);
     result.per_angle += null * change.per_angle;
     result.per_displacement.leftCols(3) += null * change.per_rotation;
   }

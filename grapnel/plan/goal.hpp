@@ -58,17 +58,23 @@ struct DemandedRates {
   double unmet = 0;              // largest component [m/s or rad/s]
   Eigen::MatrixXd G, G_inverse;  // of demand_rows(), and its pseudo-inverse
   Eigen::VectorXd unmet_part;    // b - G rates
+  Eigen::VectorXd added;         // z of add_self_motion(); empty: none
 };
 /// `h_B`: momentum about B's origin in B. `w_B`: with which the base turns about the centre of mass beside, where it is
 /// one that keeps its attitude and does not quite [rad/s]. Base must be placed. Not for RateDemand::given.
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                              std::span<const Goal> goals, RateDemand demand, const Vector3d& w_B = Vector3d::zero());
 
+/// Adds of rates z as much as moves no end-effector of the demand: rates = G^+ b + (1 - G^+ G) z, those that meet it
+/// and are nearest to z.
+void add_self_motion(const Eigen::VectorXd& z, DemandedRates& demanded);
+
 /// How the demanded rates change: with joint values at a base that stays where it is (joints x joints), and with a
 /// displacement of the base in B (joints x 6). With G of demand_rows(), G^+ its pseudo-inverse, rho = G^+ b,
 ///   d rho = -G^+ d(G rho - b) + (1 - G^+ G) dG^T G^+T rho + G^+ G^+T dG^T (b - G rho)                              (1)
 /// where d(G rho - b) holds rho fixed (Golub and Pereyra 1973); the last two terms are what redundant joints and
-/// demands that cannot be met add. Moves the base.
+/// demands that cannot be met add; rho - z for rho in G^+T rho where z was added, since G^+ then solves for b - G z.
+/// Moves the base.
 struct RateSensitivity {
   Eigen::MatrixXd per_angle, per_displacement;
 };

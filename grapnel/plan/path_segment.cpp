@@ -33,12 +33,12 @@ Eigen::Matrix3d cross_matrix(const Vector3d& v) {
   return (Eigen::Matrix3d() << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0).finished();
 }
 
+}  // namespace
+
 Quaterniond normalized(const Quaterniond& q) {
   const double scale = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   return {scale * q.w, scale * q.x, scale * q.y, scale * q.z};
 }
-
-}  // namespace
 
 Vector3d FreeMotion::com_at(double t) const {
   const double s = t - time;

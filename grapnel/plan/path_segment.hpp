@@ -31,6 +31,9 @@
 
 namespace grapnel {
 
+/// q over its length.
+Quaterniond normalized(const Quaterniond& q);
+
 /// What the servicer's momentum and centre of mass do while nothing but uniform gravity acts from outside.
 struct FreeMotion {
   double time = 0;                      // when the rest was taken [s]

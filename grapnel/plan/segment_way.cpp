@@ -1,24 +1,15 @@
 #include "grapnel/plan/segment_way.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
-namespace {
-
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kDifference = 1e-6;
-
-}  // namespace
 
 SegmentWay::SegmentWay(FloatingBase& base, const ReachProblem& problem, int knots, int panels)
     : base_(base),
       problem_(with_knots(problem, knots)),
       setup_(problem_.way),
       shooting_(base, problem_),
-      efforts_(base, problem_.motion.gravity),
+      look_(base, problem_),
       n_(base.joints()) {
   shooting_.segment().keep_way(panels);
 }
@@ -32,7 +23,7 @@ const Shot& SegmentWay::shoot(std::span<const double> y, const Shot& like, Segme
 double SegmentWay::value(const Instant& at, Eigen::VectorXd* gradient) {
   const PathSegment::WayPoint w = segment().way_point(at.node);
   PerMotion d(n_);
-  const double result = violation(at, w, gradient ? &d : nullptr);
+  const double result = look_.violation(at, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, at.node);
   return result;
 }
@@ -40,98 +31,14 @@ double SegmentWay::value(const Instant& at, Eigen::VectorXd* gradient) {
 double SegmentWay::distance(int pair, int node, Eigen::VectorXd* gradient) {
   const PathSegment::WayPoint w = segment().way_point(node);
   PerMotion d(n_);
-  const double result = distance(pair, w, gradient ? &d : nullptr);
+  const double result = look_.distance(pair, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, node);
   return result;
 }
 
 std::vector<SegmentWay::Found> SegmentWay::scan(double band, double wanted, WayFigures* figures) {
-  std::vector<Found> found;
-  std::map<std::tuple<Kept, int, int>, std::vector<double>> series;
-  const int nodes = segment().way_points();
-  const auto note = [&](Kept kept, int index, double sign, int node, double v) {
-    if (!(v > -kUnbounded)) return;
-    auto& s = series[{kept, index, sign > 0}];
-    if (s.empty()) s.assign(static_cast<std::size_t>(nodes), -kUnbounded);
-    s[static_cast<std::size_t>(node)] = v;
-  };
-  const bool efforts = looks_at_efforts();
-  std::vector<double> effort(static_cast<std::size_t>(n_));
-  Kinematics at;
-  for (int node = 0; node < nodes; ++node) {
-    const PathSegment::WayPoint w = segment().way_point(node);
-    for (int j = 0; j < n_; ++j)
-      look_at_joint(j, w, figures, [&](Kept k, double sign, double v) {
-        if (setup_.limits) note(k, j, sign, node, v);
-      });
-    if (efforts) {
-      evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
-      for (int j = 0; j < n_; ++j) {
-        const double limit = setup_.effort_limit[static_cast<std::size_t>(j)];
-        if (!std::isfinite(limit)) continue;
-        const double share = effort[static_cast<std::size_t>(j)] / limit;
-        if (figures) figures->effort_share = std::max(figures->effort_share.value_or(0), std::abs(share));
-        note(Kept::effort, j, share > 0 ? 1 : -1, node, std::abs(share) - 1);
-      }
-    }
-    const double turn = rotation_angle(transpose(setup_.R_WB0) * w.X_WB.R);
-    if (figures) figures->base_turn = std::max(figures->base_turn, turn);
-    if (std::isfinite(setup_.base_turn)) note(Kept::base_turn, 0, 1, node, turn - setup_.base_turn);
-    for (int i = 0; setup_.wheels && i < static_cast<int>(setup_.wheels->wheels.size()); ++i) {
-      const double share = wheel_share(i, w);
-      if (figures) {
-        figures->wheel_share.resize(setup_.wheels->wheels.size());
-        double& largest = figures->wheel_share[static_cast<std::size_t>(i)];
-        largest = std::max(largest, std::abs(share));
-      }
-      if (std::isfinite(setup_.wheel_share))
-        note(Kept::wheel, i, share > 0 ? 1 : -1, node, std::abs(share) - setup_.wheel_share);
-    }
-    if (!setup_.bodies || setup_.bodies->model.pairs().empty()) continue;
-    place(w, at);
-    look_at_distances(node, w, at, band, wanted, figures, note);
-  }
-  for (const auto& [key, s] : series) {
-    for (int i = 0; i < nodes; ++i) {
-      const double v = s[static_cast<std::size_t>(i)];
-      if (!(v > -band)) continue;
-      const bool rises = i == 0 || v >= s[static_cast<std::size_t>(i - 1)];
-      const bool falls = i + 1 == nodes || v > s[static_cast<std::size_t>(i + 1)];
-      if (rises && falls) found.push_back({{std::get<0>(key), std::get<1>(key), std::get<2>(key) ? 1.0 : -1.0, i}, v});
-    }
-  }
-  return found;
-}
-
-std::string SegmentWay::describe(const Found& f) {
-  const PathSegment::WayPoint w = segment().way_point(f.at.node);
-  const auto joint = [&] { return base_.model().bodies()[base_.model().joints()[f.at.index]].description.joint.name; };
-  switch (f.at.kept) {
-    case Kept::position:
-      return fmt::format("joint '{}' goes {:.3g} (rad or m) beyond its limit at t = {:.4g} s", joint(), f.value,
-                         w.time);
-    case Kept::rate:
-      return fmt::format("joint '{}' exceeds its rate limit by {:.3g} % at t = {:.4g} s", joint(), 100 * f.value,
-                         w.time);
-    case Kept::effort:
-      return fmt::format("joint '{}' exceeds its effort limit by {:.3g} % at t = {:.4g} s", joint(), 100 * f.value,
-                         w.time);
-    case Kept::base_turn:
-      return fmt::format("the base turns {:.4g} rad from its initial attitude at t = {:.4g} s, {:.4g} is allowed",
-                         setup_.base_turn + f.value, w.time, setup_.base_turn);
-    case Kept::wheel:
-      return fmt::format("wheel '{}' holds {:.4g} of the momentum that it can hold at t = {:.4g} s, {:.4g} is allowed",
-                         setup_.wheels->wheels[static_cast<std::size_t>(f.at.index)].name, setup_.wheel_share + f.value,
-                         w.time, setup_.wheel_share);
-    case Kept::clearance:
-      break;
-  }
-  const ClearancePair& pair = setup_.bodies->model.pairs()[static_cast<std::size_t>(f.at.index)];
-  const double d = *setup_.clearance - f.value;
-  return fmt::format("'{}' and '{}' {} at t = {:.4g} s, {:.4g} m is to be kept", setup_.bodies->names[pair.body_a],
-                     setup_.bodies->names[pair.body_b],
-                     d < 0 ? fmt::format("overlap by {:.4g} m", -d) : fmt::format("come within {:.4g} m", d), w.time,
-                     *setup_.clearance);
+  return look_.scan(
+      segment().way_points(), [&](int node) { return segment().way_point(node); }, band, wanted, figures);
 }
 
 double SegmentWay::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
@@ -175,20 +82,6 @@ ReachProblem SegmentWay::with_knots(const ReachProblem& problem, int knots) {
   return result;
 }
 
-bool SegmentWay::looks_at_efforts() const {
-  return setup_.limits && std::any_of(setup_.effort_limit.begin(), setup_.effort_limit.end(),
-                                      [](double limit) { return std::isfinite(limit); });
-}
-
-void SegmentWay::evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
-                                  const std::vector<double>& acceleration, const Posed& X_WB, double time,
-                                  std::span<double> effort) {
-  // The base is where momentum and the centre of mass have it: only its attitude is its own.
-  base_.place(position);
-  const Posed X{X_WB.R, base_.floats() ? problem_.motion.com_at(time) - X_WB.R * base_.com() : X_WB.p};
-  efforts_.evaluate(position, rate, acceleration, X, problem_.motion.in_base(time, X), effort);
-}
-
 Eigen::VectorXd SegmentWay::per_unknown(const PerMotion& d, const PathSegment::WayPoint& w, int node) {
   const auto with = [&](const JointPoint& basis) {
     return (basis.position * d.position + basis.rate * d.rate + basis.acceleration * d.acceleration).eval();
@@ -205,201 +98,6 @@ Eigen::VectorXd SegmentWay::through_rates(const Eigen::VectorXd& all) const {
   Eigen::VectorXd y(unknowns());
   y << all.head(n_), all.tail(unknowns() - n_);
   return y + shot_.K.transpose() * all.segment(n_, n_);
-}
-
-double SegmentWay::violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d) {
-  const auto j = static_cast<std::size_t>(at.index);
-  switch (at.kept) {
-    case Kept::position:
-      if (d) d->position[at.index] = at.sign;
-      return at.sign > 0 ? w.position[j] - problem_.upper[j] : problem_.lower[j] - w.position[j];
-    case Kept::rate:
-      if (d) d->rate[at.index] = at.sign / problem_.rate_limit[j];
-      return at.sign * w.rate[j] / problem_.rate_limit[j] - 1;
-    case Kept::effort:
-      return effort_violation(at, w, d);
-    case Kept::base_turn: {
-      const Vector3d phi = rotation_vector(w.X_WB.R * transpose(setup_.R_WB0));
-      const double angle = norm(phi);
-      if (d && angle > 0) d->turn = column((1 / angle) * phi);
-      return angle - setup_.base_turn;
-    }
-    case Kept::wheel: {
-      if (d) {
-        std::vector<double> weights(setup_.wheels->wheels.size());
-        weights[j] = at.sign;
-        add_wheel_change(w, weights, *d);
-      }
-      return at.sign * wheel_share(at.index, w) - setup_.wheel_share;
-    }
-    case Kept::clearance:
-      break;
-  }
-  const double value = *setup_.clearance - distance(at.index, w, d);
-  if (d) d->position *= -1, d->turn *= -1;
-  return value;
-}
-
-template <class At>
-void SegmentWay::look_at_joint(int joint, const PathSegment::WayPoint& w, WayFigures* figures, At&& at) {
-  if (is_held(joint)) return;
-  const auto j = static_cast<std::size_t>(joint);
-  const double above = w.position[j] - problem_.upper[j], below = problem_.lower[j] - w.position[j];
-  at(Kept::position, 1.0, above), at(Kept::position, -1.0, below);
-  const double limit = problem_.rate_limit.empty() ? kUnbounded : problem_.rate_limit[j];
-  const double share = std::isfinite(limit) ? w.rate[j] / limit : 0;
-  if (std::isfinite(limit)) at(Kept::rate, 1.0, share - 1), at(Kept::rate, -1.0, -share - 1);
-  if (!figures) return;
-  figures->position_margin = std::min(figures->position_margin, -std::max(above, below));
-  figures->rate_share = std::max(figures->rate_share, std::abs(share));
-}
-
-double SegmentWay::effort_violation(const Instant& at, const PathSegment::WayPoint& w, PerMotion* d) {
-  const double scale = at.sign / setup_.effort_limit[static_cast<std::size_t>(at.index)];
-  std::vector<double> effort(static_cast<std::size_t>(n_));
-  evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
-  if (d) {
-    Eigen::VectorXd weights = Eigen::VectorXd::Zero(n_);
-    weights[at.index] = scale;
-    add_effort_change(w, effort, weights, *d);
-  }
-  return scale * effort[static_cast<std::size_t>(at.index)] - 1;
-}
-
-void SegmentWay::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
-                                   const Eigen::VectorXd& weights, PerMotion& d) {
-  if (base_.model().rotors().empty()) {
-    // Linear momentum moves all alike, which takes no effort; without it h_B does not change with the joints.
-    const Momentumd h_B{transposed_times(w.X_WB.R, problem_.motion.h.angular), Vector3d::zero()};
-    efforts_.differentiate(w.position, w.rate, w.acceleration, w.X_WB, h_B,
-                           {weights.data(), static_cast<std::size_t>(n_)}, effort_change_);
-    const JointEfforts::Gradient& g = effort_change_;
-    d.position += as_vector(g.position), d.rate += as_vector(g.rate), d.acceleration += as_vector(g.acceleration);
-    d.turn += Eigen::Vector3d(g.turn[0], g.turn[1], g.turn[2]);
-    return;
-  }
-  // Rotors with axes of their own: by differences.
-  std::vector<double> other(static_cast<std::size_t>(n_));
-  const auto change = [&](const std::vector<double>& position, const std::vector<double>& rate,
-                          const std::vector<double>& acceleration, const Posed& X) {
-    evaluate_efforts(position, rate, acceleration, X, w.time, other);
-    double sum = 0;
-    for (int k = 0; k < n_; ++k) {
-      sum += weights[k] * (other[static_cast<std::size_t>(k)] - effort[static_cast<std::size_t>(k)]);
-    }
-    return sum / kDifference;
-  };
-  std::vector<double> x = w.position, r = w.rate, a = w.acceleration;
-  for (int j = 0; j < n_; ++j) {
-    const auto i = static_cast<std::size_t>(j);
-    x[i] += kDifference, d.position[j] += change(x, r, a, w.X_WB), x[i] = w.position[i];
-    r[i] += kDifference, d.rate[j] += change(x, r, a, w.X_WB), r[i] = w.rate[i];
-    a[i] += kDifference, d.acceleration[j] += change(x, r, a, w.X_WB), a[i] = w.acceleration[i];
-  }
-  if (!base_.floats() || !(dot(problem_.motion.h.angular, problem_.motion.h.angular) > 0)) return;
-  for (int k = 0; k < 3; ++k) {
-    const Posed X{rotation_about(Vector3d::unit(k), kDifference) * w.X_WB.R, w.X_WB.p};
-    d.turn[k] += change(x, r, a, X);
-  }
-}
-
-double SegmentWay::wheel_share(int wheel, const PathSegment::WayPoint& w) const {
-  return setup_.wheels->share(static_cast<std::size_t>(wheel), w.time,
-                              FloatingBase::momentum_of_rates(*w.links, w.rate));
-}
-
-void SegmentWay::add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d) {
-  Vector3d row = Vector3d::zero();
-  for (std::size_t i = 0; i < weights.size(); ++i) row += weights[i] * setup_.wheels->wheels[i].row;
-  std::vector<Vector3d> g(static_cast<std::size_t>(n_));
-  base_.angular_momentum_per_angle(*w.links, w.rate, Vector3d::zero(), g);
-  for (int j = 0; j < n_; ++j) {
-    d.position[j] -= dot(row, g[static_cast<std::size_t>(j)]);
-    d.rate[j] -= dot(row, w.links->k[static_cast<std::size_t>(j)]);
-  }
-}
-
-void SegmentWay::place(const PathSegment::WayPoint& w, Kinematics& at) {
-  const WayBodies& bodies = *setup_.bodies;
-  at.X_WB.resize(bodies.link.size());
-  auto [others, fresh] = others_.try_emplace(w.time);
-  if (fresh) {
-    others->second.resize(bodies.link.size());
-    bodies.place_others(w.time, others->second);
-  }
-  for (std::size_t b = 0; b < bodies.link.size(); ++b) {
-    const int link = bodies.link[b];
-    at.X_WB[b] =
-        link < 0 ? others->second[b] : w.X_WB * w.links->motion[static_cast<std::size_t>(link)].X_WL * bodies.X_LB[b];
-  }
-}
-
-bool SegmentWay::may_touch(int pair, const PathSegment::WayPoint& w, const Kinematics& at) const {
-  const WayBodies& bodies = *setup_.bodies;
-  const int index = bodies.hand[static_cast<std::size_t>(pair)];
-  if (index < 0) return false;
-  const WayBodies::Hand& hand = bodies.hands[static_cast<std::size_t>(index)];
-  const Frame& frame = base_.model().frames()[hand.frame];
-  const BodyPlacement& placement = base_.model().bodies()[frame.body].placement;
-  const Posed X_WE =
-      w.X_WB * w.links->motion[static_cast<std::size_t>(placement.link)].X_WL * placement.X_LB * frame.X_BE;
-  return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(hand.target)] * hand.p_TG) <= hand.near;
-}
-
-bool SegmentWay::may_touch(const Instant& at) {
-  if (at.kept != Kept::clearance) return false;
-  const PathSegment::WayPoint w = segment().way_point(at.node);
-  Kinematics kinematics;
-  place(w, kinematics);
-  return may_touch(at.index, w, kinematics);
-}
-
-template <class Note>
-void SegmentWay::look_at_distances(int node, const PathSegment::WayPoint& w, const Kinematics& at, double band,
-                                   double wanted, WayFigures* figures, Note&& note) {
-  const ClearanceModel& model = setup_.bodies->model;
-  const double kept = setup_.clearance.value_or(-kUnbounded);
-  for (int p = 0; p < static_cast<int>(model.pairs().size()); ++p) {
-    const double least = std::max(kept + band, std::max(wanted, figures ? figures->clearance.distance : -kUnbounded));
-    if (model.coarse_bound(p, at) > least || model.lower_bound(p, at) > least || may_touch(p, w, at)) continue;
-    const ShapeDistance d = model.distance(p, at);
-    if (figures && d.distance < figures->clearance.distance) {
-      const ClearancePair& pair = model.pairs()[static_cast<std::size_t>(p)];
-      figures->clearance = {d.distance, p, pair.body_a, pair.body_b, d.point_a, d.point_b, d.normal};
-      figures->clearance_time = w.time;
-    }
-    note(Kept::clearance, p, 1.0, node, std::max(kept, wanted - band) - d.distance);
-  }
-}
-
-double SegmentWay::distance(int pair, const PathSegment::WayPoint& w, PerMotion* d) {
-  Kinematics at;
-  place(w, at);
-  const ShapeDistance found = setup_.bodies->model.distance(pair, at);
-  if (d) {
-    const ClearancePair& p = setup_.bodies->model.pairs()[static_cast<std::size_t>(pair)];
-    add_point(p.body_b, found.point_b, found.normal, w, *d);
-    add_point(p.body_a, found.point_a, -found.normal, w, *d);
-  }
-  return found.distance;
-}
-
-void SegmentWay::add_point(int body, const Vector3d& p_W, const Vector3d& n, const PathSegment::WayPoint& w,
-                           PerMotion& d) {
-  const int link = setup_.bodies->link[static_cast<std::size_t>(body)];
-  if (link < 0) return;
-  const PlacedLinks& links = *w.links;
-  const Vector3d r = inverse(w.X_WB) * p_W, n_B = transposed_times(w.X_WB.R, n);
-  const auto& tree = base_.model().tree().links;
-  for (int i = link; i > 0; i = tree[static_cast<std::size_t>(i)].parent) {
-    const Twistd& S = links.axis[static_cast<std::size_t>(i)];
-    d.position[base_.joint_of_link(i)] += dot(n_B, S.linear + cross(S.angular, r));
-  }
-  if (!base_.floats()) return;
-  for (int j = 0; j < n_; ++j) {
-    d.position[j] -= dot(n_B, (1 / links.mass) * links.joint_momentum[static_cast<std::size_t>(j)].linear);
-  }
-  d.turn += column(cross(w.X_WB.R * (r - links.com), n));
 }
 
 double SegmentWay::end_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
@@ -474,11 +172,11 @@ double SegmentWay::effort_term(double weight, Eigen::VectorXd* gradient) {
   double sum = 0;
   for (int i = 0; i < segment().way_points(); ++i) {
     const PathSegment::WayPoint w = segment().way_point(i);
-    evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
+    look_.evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
     sum += 0.5 * w.weight / T * as_vector(effort).squaredNorm();
     if (!gradient) continue;
     PerMotion d(n_);
-    add_effort_change(w, effort, (weight * w.weight / T) * as_vector(effort), d);
+    look_.add_effort_change(w, effort, (weight * w.weight / T) * as_vector(effort), d);
     *gradient += per_unknown(d, w, i);
   }
   return sum;
@@ -491,13 +189,13 @@ double SegmentWay::wheel_term(double weight, Eigen::VectorXd* gradient) {
   for (int i = 0; i < segment().way_points(); ++i) {
     const PathSegment::WayPoint w = segment().way_point(i);
     for (std::size_t k = 0; k < weights.size(); ++k) {
-      const double share = wheel_share(static_cast<int>(k), w);
+      const double share = look_.wheel_share(static_cast<int>(k), w);
       sum += 0.5 * w.weight / T * share * share;
       weights[k] = weight * w.weight / T * share;
     }
     if (!gradient) continue;
     PerMotion d(n_);
-    add_wheel_change(w, weights, d);
+    look_.add_wheel_change(w, weights, d);
     *gradient += per_unknown(d, w, i);
   }
   return sum;

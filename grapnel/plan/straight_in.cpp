@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "grapnel/dense/decompositions.hpp"
@@ -28,20 +29,91 @@ Vector3d solve(const Symmetric3d& I, const Vector3d& b) {
                                       c2 * b[0] + c4 * b[1] + c5 * b[2]};
 }
 
+// The targets' free motion as a differential equation. y: per target quaternion and angular velocity in T, from
+// `offset` on.
+class Tumbling {
+ public:
+  Tumbling(const StraightInProblem& problem, int offset) : problem_(problem), offset_(offset) {}
+
+  int size() const { return 7 * static_cast<int>(problem_.targets.size()); }
+  void add_to(Manifold& m) const {
+    m.size += size();
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) m.quaternions.push_back(at(t));
+  }
+
+  void put_initial(std::span<double> y) const {
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const FreeBody& body = problem_.targets[t];
+      put(quaternion_from(body.X_WT.R), &y[at(t)]);
+      const Vector3d w = transposed_times(body.X_WT.R, body.V_WT.angular);
+      for (int k = 0; k < 3; ++k) y[at(t) + 4 + k] = w[k];
+    }
+  }
+
+  void operator()(double, std::span<const double> y, std::span<double> dydt) const {
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const double* q = &y[at(t)];
+      const Vector3d w{q[4], q[5], q[6]};
+      const Symmetric3d& I = problem_.targets[t].inertia;
+      const Vector3d w_dot = solve(I, cross(I * w, w));  // (2.13) without torque
+      put(quaternion_rate(quaternion(q), w), &dydt[at(t)]);
+      for (int k = 0; k < 3; ++k) dydt[at(t) + 4 + k] = w_dot[k];
+    }
+  }
+
+  // At time t: orientation from y, the centre of mass on its parabola.
+  std::vector<FreeBody> bodies(double t, std::span<const double> y) const {
+    if (problem_.surroundings && problem_.surroundings->targets) return problem_.surroundings->targets(t);
+    std::vector<FreeBody> bodies = problem_.targets;
+    const double s = t - problem_.begin;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      FreeBody& b = bodies[i];
+      const Vector3d com = b.X_WT * b.com;
+      const Vector3d velocity = shift(b.V_WT, b.X_WT.R * b.com).linear;
+      const double* q = &y[at(i)];
+      b.X_WT.R = rotation_matrix(quaternion(q));
+      const Vector3d arm = b.X_WT.R * b.com;
+      b.X_WT.p = com + s * velocity + (0.5 * s * s) * problem_.gravity - arm;
+      b.V_WT.angular = b.X_WT.R * Vector3d{q[4], q[5], q[6]};
+      b.V_WT.linear = velocity + s * problem_.gravity - cross(b.V_WT.angular, arm);
+    }
+    return bodies;
+  }
+
+  static Quaterniond quaternion(const double* q) { return {q[0], q[1], q[2], q[3]}; }
+  static void put(const Quaterniond& from, double* q) { q[0] = from.w, q[1] = from.x, q[2] = from.y, q[3] = from.z; }
+
+ private:
+  int at(std::size_t t) const { return offset_ + 7 * static_cast<int>(t); }
+
+  const StraightInProblem& problem_;
+  int offset_;
+};
+
 // The motion (1) with base and targets as a differential equation.
-// y: joints; position and quaternion of the base; per target quaternion and angular velocity in T.
+// y: joints; position and quaternion of the base; the targets.
 class Motion {
  public:
   Motion(FloatingBase& base, const StraightInProblem& problem, StraightInPath& path)
-      : base_(base), problem_(problem), path_(path), n_(base.joints()), theta_dot_(n_) {
+      : base_(base),
+        problem_(problem),
+        path_(path),
+        n_(base.joints()),
+        targets_(problem, n_ + 7),
+        theta_dot_(n_),
+        phi_(problem.self_motion.coefficients.size() / static_cast<std::size_t>(std::max(1, n_))) {
+    if (!problem.rate_begin.empty()) {
+      const std::vector<double> y = initial(), own = rates(problem.begin, y);
+      for (int j = 0; j < n_; ++j) besides_.push_back(problem.rate_begin[j] - own[j]);
+    }
     path_.smallest_singular_value = std::numeric_limits<double>::infinity();
   }
 
   Manifold manifold() const {
     Manifold m;
-    m.size = n_ + 7 + 7 * static_cast<int>(problem_.targets.size());
+    m.size = n_ + 7;
     m.quaternions.push_back(n_ + 3);
-    for (std::size_t t = 0; t < problem_.targets.size(); ++t) m.quaternions.push_back(target_offset(t));
+    targets_.add_to(m);
     return m;
   }
 
@@ -49,82 +121,61 @@ class Motion {
     std::vector<double> y(manifold().size);
     std::copy(problem_.position.begin(), problem_.position.end(), y.begin());
     for (int k = 0; k < 3; ++k) y[n_ + k] = problem_.X_WB.p[k];
-    put(quaternion_from(problem_.X_WB.R), &y[n_ + 3]);
-    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
-      const FreeBody& body = problem_.targets[t];
-      put(quaternion_from(body.X_WT.R), &y[target_offset(t)]);
-      const Vector3d w = transposed_times(body.X_WT.R, body.V_WT.angular);
-      for (int k = 0; k < 3; ++k) y[target_offset(t) + 4 + k] = w[k];
-    }
+    Tumbling::put(quaternion_from(problem_.X_WB.R), &y[n_ + 3]);
+    targets_.put_initial(y);
     return y;
   }
 
   void operator()(double t, std::span<const double> y, std::span<double> dydt) {
-    const Posed X_WB{rotation_matrix(quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
-    const Momentumd h_B = problem_.motion.in_base(t, X_WB);
+    const Posed X_WB = base_pose(y);
+    const Momentumd h_B = momentum(t, X_WB);
     resolve(t, y, X_WB, h_B);
     std::copy(theta_dot_.begin(), theta_dot_.end(), dydt.begin());
     base_.move(theta_dot_, h_B);
-    const Twistd V_B = twist_from(base_.base_twist());
+    Twistd V_B = twist_from(base_.base_twist());
+    if (problem_.surroundings) {
+      const Vector3d w_B = problem_.surroundings->w_B(t);
+      V_B += Twistd{w_B, -cross(w_B, base_.com())};
+    }
     const Vector3d v = X_WB.R * V_B.linear;
     for (int k = 0; k < 3; ++k) dydt[n_ + k] = v[k];
-    put(quaternion_rate(quaternion(&y[n_ + 3]), V_B.angular), &dydt[n_ + 3]);
-    for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
-      const double* at = &y[target_offset(i)];
-      const Vector3d w{at[4], at[5], at[6]};
-      const Symmetric3d& I = problem_.targets[i].inertia;
-      const Vector3d w_dot = solve(I, cross(I * w, w));  // (2.13) without torque
-      put(quaternion_rate(quaternion(at), w), &dydt[target_offset(i)]);
-      for (int k = 0; k < 3; ++k) dydt[target_offset(i) + 4 + k] = w_dot[k];
-    }
+    Tumbling::put(quaternion_rate(Tumbling::quaternion(&y[n_ + 3]), V_B.angular), &dydt[n_ + 3]);
+    targets_(t, y, dydt);
   }
 
   // Joint rates at a state; notes damping and what is unmet.
   const std::vector<double>& rates(double t, std::span<const double> y) {
-    const Posed X_WB{rotation_matrix(quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
+    const Posed X_WB = base_pose(y);
     record_ = true;
-    resolve(t, y, X_WB, problem_.motion.in_base(t, X_WB));
+    resolve(t, y, X_WB, momentum(t, X_WB));
     record_ = false;
     return theta_dot_;
   }
 
- private:
-  int target_offset(std::size_t t) const { return n_ + 7 + 7 * static_cast<int>(t); }
-  static Quaterniond quaternion(const double* at) { return {at[0], at[1], at[2], at[3]}; }
-  static void put(const Quaterniond& q, double* at) { at[0] = q.w, at[1] = q.x, at[2] = q.y, at[3] = q.z; }
+  Posed base_pose(std::span<const double> y) const {
+    return {rotation_matrix(Tumbling::quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
+  }
 
-  // Targets at time t: orientation from y, the centre of mass on its parabola.
-  std::vector<FreeBody> targets_at(double t, std::span<const double> y) const {
-    std::vector<FreeBody> bodies = problem_.targets;
-    const double s = t - problem_.begin;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      FreeBody& b = bodies[i];
-      const Vector3d com = b.X_WT * b.com;
-      const Vector3d velocity = shift(b.V_WT, b.X_WT.R * b.com).linear;
-      const double* at = &y[target_offset(i)];
-      b.X_WT.R = rotation_matrix(quaternion(at));
-      const Vector3d arm = b.X_WT.R * b.com;
-      b.X_WT.p = com + s * velocity + (0.5 * s * s) * problem_.gravity - arm;
-      b.V_WT.angular = b.X_WT.R * Vector3d{at[4], at[5], at[6]};
-      b.V_WT.linear = velocity + s * problem_.gravity - cross(b.V_WT.angular, arm);
-    }
-    return bodies;
+ private:
+  Momentumd momentum(double t, const Posed& X_WB) const {
+    return (problem_.surroundings ? problem_.surroundings->motion(t) : problem_.motion).in_base(t, X_WB);
   }
 
   // theta_dot_ by (1).
   void resolve(double t, std::span<const double> y, const Posed& X_WB, const Momentumd& h_B) {
-    const JointPoint d = evaluate(JointPath{JointProfile::quintic, problem_.end - problem_.begin, problem_.stand_off, 0,
-                                            0, -problem_.final_speed},
-                                  t - problem_.begin);
-    const std::vector<Goal> goals = goals_at(problem_, targets_at(t, y), d.position, -d.rate);
+    const JointPoint d = straight_distance(problem_, t);
+    const std::vector<Goal> goals = goals_at(problem_, targets_.bodies(t, y), d.position, -d.rate);
     base_.place(y.first(n_));
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
-    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
+    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_,
+                problem_.surroundings ? problem_.surroundings->w_B(t) : Vector3d::zero());
     pull_in(goals);
+    take_out_self_motion(t);
     // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
     const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
     if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
       for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
+      add_to_rates(t);
       if (!record_) return;
       path_.miss = misses(goals, error_);
       const double smallest = smallest_singular_value(G_);
@@ -148,8 +199,26 @@ class Motion {
     }
     const Eigen::VectorXd rates = svd.matrixV() * z;
     for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
+    add_to_rates(t);
     if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
+  }
+
+  // The rates nearest to z that meet (1) are z and those of least norm that give what z leaves.
+  void take_out_self_motion(double t) {
+    if (phi_.empty()) return;
+    self_motion_basis((t - problem_.begin) / (problem_.end - problem_.begin), phi_);
+    z_.setZero(n_);
+    for (std::size_t k = 0; k < phi_.size(); ++k) {
+      z_ += phi_[k] * Eigen::Map<const Eigen::VectorXd>(
+                          problem_.self_motion.coefficients.data() + static_cast<std::ptrdiff_t>(k) * n_, n_);
+    }
+    b_ -= G_ * z_;
+  }
+  void add_to_rates(double t) {
+    for (Eigen::Index j = 0; j < z_.size(); ++j) theta_dot_[static_cast<std::size_t>(j)] += z_[j];
+    const double left = std::exp(-kGain * (t - problem_.begin));
+    for (std::size_t j = 0; j < besides_.size(); ++j) theta_dot_[j] += left * besides_[j];
   }
 
   // - k e of (1). Rows of task and error agree but for a roll, which is one row or makes two rows across the direction
@@ -180,9 +249,10 @@ class Motion {
   const StraightInProblem& problem_;
   StraightInPath& path_;
   int n_;
+  Tumbling targets_;
   bool record_ = false;
-  std::vector<double> theta_dot_;
-  Eigen::VectorXd error_, b_;
+  std::vector<double> theta_dot_, phi_, besides_;
+  Eigen::VectorXd error_, b_, z_;
   Eigen::MatrixXd J_joint_, J_base_, G_;
 };
 
@@ -221,13 +291,17 @@ struct Flown {
   std::vector<std::vector<double>> states;
 };
 
-Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
-  Motion motion(base, problem, path);
+DormandPrince853<double> make_stepper(const Manifold& manifold, const StraightInProblem& problem) {
   Tolerances tolerances;
   tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
   StepControl control;
   control.max_steps = problem.most_steps;
-  DormandPrince853<double> stepper(motion.manifold(), tolerances, control);
+  return {manifold, tolerances, control};
+}
+
+Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
+  Motion motion(base, problem, path);
+  DormandPrince853<double> stepper = make_stepper(motion.manifold(), problem);
   Flown flown;
   for (int pieces : numbers) {
     const std::vector<double> times = piece_times(problem, pieces);
@@ -255,6 +329,10 @@ void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flow
     if (t == problem.begin) path.rate_begin = rates;
     if (t == problem.end) path.rate_end = rates;
     for (int j = 0; j < n; ++j) values[j].push_back(rates[j]);
+  }
+  for (std::size_t i = 0; i < flown.times.size(); ++i) {
+    const std::vector<double>& y = flown.states[i];
+    path.points.push_back({flown.times[i], {y.begin(), y.begin() + n}, motion.base_pose(y)});
   }
   path.joints.assign(n, {});
   path.fit_error = 0;
@@ -294,6 +372,41 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
     goals.push_back(g);
   }
   return goals;
+}
+
+JointPoint straight_distance(const StraightInProblem& problem, double time) {
+  return evaluate(
+      JointPath{JointProfile::quintic, problem.end - problem.begin, problem.stand_off, 0, 0, -problem.final_speed},
+      time - problem.begin);
+}
+
+std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times) {
+  const Tumbling tumbling(problem, 0);
+  Manifold manifold;
+  tumbling.add_to(manifold);
+  std::vector<std::vector<FreeBody>> result;
+  if (problem.targets.empty()) return std::vector<std::vector<FreeBody>>(times.size());
+  std::vector<double> y0(static_cast<std::size_t>(manifold.size));
+  tumbling.put_initial(y0);
+  DormandPrince853<double> stepper = make_stepper(manifold, problem);
+  const auto observe = [&](double t, std::span<const double> y) { result.push_back(tumbling.bodies(t, y)); };
+  integrate(stepper, tumbling, problem.begin, y0, problem.end, times, observe);
+  return result;
+}
+
+void self_motion_basis(double x, std::span<double> phi) {
+  constexpr double kOrder = 4.5;  // of Gegenbauer's polynomials: their weight on [-1, 1] is (1 - u^2)^4
+  const double u = 2 * x - 1, bump = 1 - u * u;
+  double before = 0, now = 1;
+  for (std::size_t k = 0; k < phi.size(); ++k) {
+    // NIST Digital Library of Mathematical Functions, table 18.3.1, over [-1, 1]; over [0, 1] it is half of that.
+    const double n = static_cast<double>(k);
+    const double square = std::numbers::pi * std::pow(2.0, 1 - 2 * kOrder) * std::tgamma(n + 2 * kOrder) /
+                          ((n + kOrder) * std::pow(std::tgamma(kOrder), 2) * std::tgamma(n + 1));
+    phi[k] = bump * bump * now / std::sqrt(0.5 * square);
+    const double next = (2 * (n + kOrder) * u * now - (n + 2 * kOrder - 1) * before) / (n + 1);
+    before = now, now = next;
+  }
 }
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {

@@ -6,10 +6,13 @@
 /// (Umetani and Yoshida 1989), which is what (2.5) is for:
 ///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
 /// with V_d the place's twist and e what is left of the error (none of the roll, which has no value to keep); solved by
-/// singular values, small ones damped, for the rates of least norm. The joint motion that comes out is kept as
-/// Chebyshev series, so that it can be followed exactly by a simulation that knows nothing of its origin.
+/// singular values, small ones damped, for the rates of least norm, or for those nearest to a self-motion z(t), which
+/// is how joints keep limits on the way (straight_way.hpp). The joint motion that comes out is kept as Chebyshev
+/// series, so that it can be followed exactly by a simulation that knows nothing of its origin.
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
@@ -27,6 +30,16 @@ struct FreeBody {
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in T [kg m^2]
 };
 
+/// What moves the servicer and the targets where more acts on them than uniform gravity, over the piece.
+struct StraightInSurroundings {
+  /// Of the servicer: its momentum and centre of mass at that time, FreeMotion::time.
+  std::function<FreeMotion(double time)> motion;
+  /// With which a base that keeps its attitude turns all the same, in B [rad/s].
+  std::function<Vector3d(double time)> w_B;
+  /// Per target; empty: they move freely.
+  std::function<std::vector<FreeBody>(double time)> targets;
+};
+
 /// A grasp point to come in to.
 struct StraightGoal {
   int frame = 0;
@@ -40,6 +53,17 @@ struct StraightGoal {
   bool roll = false;                         // the end-effector turns about the direction as the target does
 };
 
+/// Rates that the joints take as far as they move no end-effector,
+///   z(t) = sum_k c_k phi_k(x),   x = (t - begin)/(end - begin)                                                     (2)
+/// with phi_k the polynomials of degree k + 4 with double zeros at both ends that are orthonormal on [0, 1]:
+/// x^2 (1 - x)^2 times Gegenbauer's of order 9/2. So the piece begins and ends with rates of least norm, and with their
+/// accelerations.
+struct SelfMotion {
+  std::vector<double> coefficients = {};  // c_kj, those of phi_0 for all joints first [rad/s or m/s]; empty: none
+};
+/// phi_0(x), phi_1(x), ... into `phi`.
+void self_motion_basis(double x, std::span<double> phi);
+
 struct StraightInProblem {
   double begin = 0, end = 0;       // [s]
   std::vector<double> position;    // joints at `begin`
@@ -51,6 +75,18 @@ struct StraightInProblem {
   double stand_off = 0;                  // [m]
   double final_speed = 0;                // [m/s]
   std::int64_t most_steps = 10'000'000;  // of one integration
+  SelfMotion self_motion;
+  /// With which the joints come to the begin, where that is known only as well as flights are; empty: those of (1).
+  /// What they differ by fades as e does.
+  std::vector<double> rate_begin;
+  std::shared_ptr<const StraightInSurroundings> surroundings;  // null: `motion`, and targets that move freely
+};
+
+/// Where the servicer is on the piece.
+struct StraightInPoint {
+  double time = 0;
+  std::vector<double> position;  // of the joints
+  Posed X_WB = Posed::identity();
 };
 
 struct StraightInPath {
@@ -63,13 +99,20 @@ struct StraightInPath {
   double unmet_time = 0;
   bool damped = false;  // near a singularity: over which time, and the smallest singular value
   double damped_begin = 0, damped_end = 0, smallest_singular_value = 0;
-  std::vector<GoalMiss> miss;  // per goal, at the end
+  std::vector<GoalMiss> miss;           // per goal, at the end
+  std::vector<StraightInPoint> points;  // some two hundred and more, the ends among them
   long rhs_evaluations = 0;
 };
 
 /// Goals of all end-effectors at a distance from their grasp points, for the targets as given, closing at `speed`.
 std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
                            double speed);
+
+/// The targets at increasing times from `begin` on.
+std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times);
+
+/// How far the hands have come, and how fast, at a time: s of (6.9)'s profile, a distance from the grasp point.
+JointPoint straight_distance(const StraightInProblem& problem, double time);
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem);
 

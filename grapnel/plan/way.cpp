@@ -14,12 +14,10 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kWayPanels[] = {8, 2};  // at least; of 16 nodes
-constexpr double kTolerated = 1e-6;   // more is a violation [rad, m or 1]
-constexpr double kAimed = 5e-7;       // what is aimed at, within the violation
 
-using Kept = SegmentWay::Kept;
-using Instant = SegmentWay::Instant;
-using Found = SegmentWay::Found;
+using Kept = WayLook::Kept;
+using Instant = WayLook::Instant;
+using Found = WayLook::Found;
 
 // The exchange, for one start.
 class Exchange {

@@ -52,6 +52,9 @@ struct WayBodies {
   std::vector<int> hand;  // per pair of `model`: which; -1: none
 };
 
+/// More than this is a violation, and within it that much is aimed at [rad, m or 1].
+inline constexpr double kTolerated = 1e-6, kAimed = 5e-7;
+
 /// What is asked of the way, of a ReachProblem.
 struct WaySetup {
   bool limits = false;               // positions, rates and efforts keep within the limits of ReachProblem

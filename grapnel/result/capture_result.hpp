@@ -42,6 +42,7 @@ struct StraightInReport {
   double unmet = 0;
   double unmet_time = 0;
   double fit_error = 0;
+  double self_motion = 0;
 };
 
 /// One of the terms that a plan's objective is the sum of.

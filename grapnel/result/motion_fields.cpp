@@ -98,6 +98,9 @@ const Type& type_of<StraightInReport>() {
                        "largest component of the demanded motion that was missed, where it was damped or impossible"),
       field<&S::unmet_time>("unmet_time", "s", "when that was"),
       field<&S::fit_error>("fit_error", "rad or m", "of the series that keep the joint motion"),
+      field<&S::self_motion>("self_motion", "rad/s or m/s",
+                             "added to the rates of least norm to keep limits on the way, moving no end-effector: root "
+                             "mean square over the piece of the joints' rates together"),
   };
   static constexpr Type type =
       structure<S>("StraightInReport", "the last piece of an approach, on a straight line to the grasp point.", fields);

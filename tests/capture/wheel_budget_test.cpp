@@ -194,7 +194,7 @@ TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   plan_of(handles).objective = Objective::as_found, plan_of(handles).base_turn = 1;
   const ApproachPlan plan = plan_approach(handles, plan_targets(handles));
   EXPECT_TRUE(plan.failure.empty()) << plan.failure;
-  EXPECT_THAT(plan.warnings, Contains(HasSubstr("with straight_in its final values are not corrected")));
+  EXPECT_THAT(plan.warnings, Contains(HasSubstr("are kept by the plan of the robot that bears no loads")));
 }
 
 }  // namespace wheel_budget_test

@@ -402,8 +402,8 @@ TEST(PlannedWheels, DerivativesAreThoseOfDifferences) {
   ASSERT_TRUE(way.shoot(y, like, SegmentAccuracy::full).valid);
   like = way.shot();
   like.K.resize(0, 0);
-  const std::vector<SegmentWay::Instant> instants = {{SegmentWay::Kept::wheel, 0, 1, 3},
-                                                     {SegmentWay::Kept::wheel, 1, -1, 20}};
+  const std::vector<SegmentWay::Instant> instants = {{WayLook::Kept::wheel, 0, 1, 3},
+                                                     {WayLook::Kept::wheel, 1, -1, 20}};
   std::vector<Eigen::VectorXd> gradients(instants.size());
   for (std::size_t i = 0; i < instants.size(); ++i) way.value(instants[i], &gradients[i]);
   Eigen::VectorXd of_objective;

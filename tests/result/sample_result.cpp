@@ -176,7 +176,7 @@ CaptureResult sample_result() {
   plan.starts = 5, plan.solutions = 4, plan.iterations = 23;
   plan.rhs_evaluations = 1234;
   plan.smallest_singular_value = next();
-  plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13};
+  plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13, next()};
   result.plan = plan;
   result.capture_time = 20;
   result.grasps = grasps();

@@ -222,7 +222,7 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
   expect_keys(plan["straight_in"],
               {"begin", "stand_off", "final_speed", "smallest_singular_value", "damped", "damped_interval", "unmet",
-               "unmet_time", "fit_error"},
+               "unmet_time", "fit_error", "self_motion"},
               "approach.plan.straight_in");
   EXPECT_EQ(summary["approach"]["planned_final_rates"], plan["final_rates"]);
   const json& capture = summary["capture"];

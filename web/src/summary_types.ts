@@ -443,6 +443,8 @@ export interface StraightInReport {
   unmet_time: number;
   /** of the series that keep the joint motion [rad or m] */
   fit_error: number;
+  /** added to the rates of least norm to keep limits on the way, moving no end-effector: root mean square over the piece of the joints' rates together [rad/s or m/s] */
+  self_motion: number;
 }
 export const kStraightInReport: FieldNote[] = [
   ["begin","s","of the piece straight in"],
@@ -454,6 +456,7 @@ export const kStraightInReport: FieldNote[] = [
   ["unmet","m/s or rad/s","largest component of the demanded motion that was missed, where it was damped or impossible"],
   ["unmet_time","s","when that was"],
   ["fit_error","rad or m","of the series that keep the joint motion"],
+  ["self_motion","rad/s or m/s","added to the rates of least norm to keep limits on the way, moving no end-effector: root mean square over the piece of the joints' rates together"],
 ];
 
 // what the last segment that was planned does on its way, the joints following it exactly.

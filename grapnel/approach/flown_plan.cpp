@@ -1,0 +1,203 @@
+/// What the momentum integral does not know: flights with everything that acts, and plans that they correct.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/approach/approach_planner.hpp"
+
+namespace grapnel {
+
+bool ApproachPlanner::disturbed() const {
+  return bends() || loaded() || approach_.base_control.has_value() || problem_.orbit.has_value() || has_rotors();
+}
+
+std::string ApproachPlanner::planned_robot() const {
+  std::vector<std::string> differs;
+  if (bends()) differs.push_back("does not bend");
+  if (attitude_kept()) {
+    differs.push_back("keeps its base's attitude exactly");
+  } else if (approach_.base_control) {
+    differs.push_back("floats freely, without the attitude control, which is too weak to keep the attitude meanwhile");
+  } else if (has_rotors() && base_.floats()) {
+    differs.push_back("floats freely, its rotors at rest in the base");
+  }
+  if (problem_.orbit) differs.push_back("feels no field of the orbit");
+  if (loaded()) differs.push_back("bears no loads");
+  return fmt::format("{}", fmt::join(differs, " and "));
+}
+
+void ApproachPlanner::warn_of_thrusters() {
+  const std::optional<BaseControlSetup>& control = approach_.base_control;
+  if (!control ||
+      control->actuators.value_or(BaseControlSetup::Actuators::wheels) == BaseControlSetup::Actuators::wheels)
+    return;
+  plan_.warnings.push_back(
+      "approach: planned as if the base's attitude control gave the torque that it asks for at any time, and no "
+      "force; thrusters switch, and the end-effectors will miss by what that does");
+}
+
+std::string ApproachPlanner::disturbances() const {
+  return std::string(problem_.orbit ? "the orbit's field, " : "") +
+         (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
+         (flown_.gyros.empty() ? "" : "the control moment gyros, ") + (bends() ? "what yields, " : "") +
+         "the loads or the base's attitude control";
+}
+
+bool ApproachPlanner::targets_loaded() const {
+  return std::any_of(problem_.loads.begin(), problem_.loads.end(), [&](const LoadSetup& load) {
+    return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
+                       [&](const GraspSetup& g) { return load.body == target_body_name(g.target); });
+  });
+}
+
+std::vector<Goal> ApproachPlanner::less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const {
+  if (!bends()) return goals;
+  const Kinematics bent = forward_kinematics(flown_.model, flown),
+                   straight = forward_kinematics(servicer_.model, rigid);
+  for (Goal& goal : goals) {
+    const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+    const Posed is = frame_pose(flown_.model, bent, frame),
+                taken_for = frame_pose(servicer_.model, straight, goal.frame);
+    const Rotationd back = taken_for.R * transpose(is.R);
+    goal.X_WG.p += taken_for.p - is.p;
+    goal.X_WG.R = back * goal.X_WG.R;
+    goal.direction_W = back * goal.direction_W;
+    goal.V_WG += frame_twist(servicer_.model, straight, goal.frame) - frame_twist(flown_.model, bent, frame);
+  }
+  return goals;
+}
+
+State ApproachPlanner::fly_disturbed(const ReachProblem& reach, const std::vector<double>& position,
+                                     const std::vector<double>& rate, const Spline& spline, const StepWatch& watch) {
+  std::vector<JointTrajectory> joints = plan_.joints;
+  SegmentStart start = reach.start;
+  start.knots = spline.knots;
+  PathSegment segment(base_, start, motion_);
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], spline.coefficients);
+    joints[j].pieces.insert(joints[j].pieces.end(), pieces.begin(), pieces.end());
+  }
+  return fly(joints, reach.start.end, watch);
+}
+
+State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
+  PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
+  watch.each_step = each_step();
+  IntegrationSetup integration = problem_.integration;
+  if (watch.probe) {
+    // Between its ends a long step is known to order 7 only.
+    constexpr double kSteps = 400;
+    const double most = (end - begin_) / kSteps;
+    integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
+  }
+  const PhaseOutcome outcome = simulate_phase(dynamics, flown_start_, begin_, end, integration, watch);
+  if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
+  plan_.report.rhs_evaluations += outcome.rhs_evaluations;
+  return outcome.end_state;
+}
+
+std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::vector<double>& position,
+                                          const std::vector<double>& rate, const Spline& spline) {
+  if (!base_.floats()) return {};
+  const Rotationd R_from = attitude_kept() ? X_WB_.R : problem_.X_WB.R;
+  const Model& model = flown_.model;
+  double turn = 0, share = 0;
+  StepWatch watch;
+  watch.look = [&](double, const State& state, const PhaseIntegrals&) {
+    turn = std::max(turn, rotation_angle(transpose(R_from) * root_pose(model, state, flown_.base).R));
+    for (std::size_t w = 0; w < flown_.wheels.size(); ++w) {
+      const Body& body = model.bodies()[model.joints()[static_cast<std::size_t>(flown_.wheels[w])]];
+      share = std::max(share, std::abs(state.v[static_cast<std::size_t>(body.v)]) / problem_.robot.wheels[w].rate);
+    }
+  };
+  watch.looks = 128;
+  fly_disturbed(reach, position, rate, spline, watch);
+  std::string text = fmt::format("; flown with joints that follow exactly, its base turns by up to {:.3g} rad from {}",
+                                 turn, attitude_kept() ? "the attitude that it is to keep" : "its initial attitude");
+  if (share > 0) text += fmt::format(", and its wheels come to {:.3g} of their largest rates", share);
+  return text;
+}
+
+FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
+                                        const std::vector<double>& rate, const Spline& spline) {
+  const State flown = fly_disturbed(reach, position, rate, spline);
+  const State end = without_inner_motion(flown_, flown, servicer_);
+  const std::vector<Goal> goals = less_bending(reach.goals, flown, end);
+  const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
+  base_.place(position);
+  FlownEnd result;
+  Eigen::MatrixXd unused, unused_too;
+  goal_error(base_, X_WB, goals, result.error, unused, unused_too);
+  result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
+  if (reach.demand == RateDemand::given) return result;
+  const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
+  // A base that is to keep its attitude turns by what its control lags.
+  const DemandedRates demanded =
+      demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, turn_beside(end));
+  for (std::size_t j = 0; j < rate.size(); ++j) {
+    const auto k = static_cast<Eigen::Index>(j);
+    result.gap[k] = demanded.rates[k] - rate[j];
+  }
+  result.unmet = demanded.unmet;
+  return result;
+}
+
+ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, ReachSolution solution,
+                                                     const std::string& what) {
+  const Spline spline{solution.knots, solution.coefficients};
+  const Flight flight = [&](const std::vector<double>& position, const std::vector<double>& rate) {
+    return disturbed_end(reach, position, rate, spline);
+  };
+  const FlownSolution flown =
+      solve_by_flights(flight, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
+  solution.iterations += flown.iterations;
+  solution.position = flown.position, solution.rate = flown.rate;
+  solution.miss = misses(reach.goals, flown.end.error);
+  solution.unmet_rate = flown.end.unmet;
+  if (flown.found) {
+    if (asks_of_way(reach) && is_to_be_said_what_flies()) {
+      plan_.warnings.push_back(fmt::format(
+          "approach: limits on the way, clearance and what else is asked of the way are kept by the plan of "
+          "the robot that {}; how far the one that flies keeps limits and clearance, with the final values that "
+          "bring it to its points, is watched in the run{}",
+          planned_robot(), what_it_does(reach, solution.position, solution.rate, spline)));
+    }
+    return solution;
+  }
+  solution.found = false;
+  report(reach, solution);
+  std::string text;
+  for (std::size_t i = 0; i < solution.miss.size(); ++i) {
+    text += fmt::format("{}end-effector '{}' stays {:.3g} m", text.empty() ? "" : ", ", reach.goals[i].name,
+                        solution.miss[i].distance);
+    if (reach.goals[i].orientation != Goal::Orientation::free)
+      text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
+  }
+  throw Unplannable(
+      fmt::format("planning the approach{}: without {} there is a solution, with them none "
+                  "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
+                  what, disturbances(), flown.iterations, text));
+}
+
+std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
+                                                     const std::vector<double>& undisturbed) {
+  // Where the end-effectors come to be is given: their error is no matter.
+  const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
+    FlownEnd end = disturbed_end(reach, p, r, {});
+    end.error.setZero();
+    return end;
+  };
+  const FlownSolution flown = solve_by_flights(flight, position, undisturbed, {}, {}, kArrived);
+  if (flown.found) {
+    plan_.report.unmet_rate = flown.end.unmet;
+    return flown.rate;
+  }
+  plan_.warnings.push_back(
+      fmt::format("approach: final joint rates did not converge under {}; those of the "
+                  "motion without them are taken, and the end-effectors' final motion is not the demanded one",
+                  disturbances()));
+  return undisturbed;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,244 @@
+/// The last piece straight in: to the stand-off, and along the approach direction in the tumbling target's frame.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "grapnel/approach/approach_planner.hpp"
+#include "grapnel/plan/shooting.hpp"
+
+namespace grapnel {
+namespace {
+
+// Of two parts of a way.
+WayFigures both(const WayFigures& a, const WayFigures& b) {
+  WayFigures f = a;
+  f.position_margin = std::min(a.position_margin, b.position_margin);
+  f.rate_share = std::max(a.rate_share, b.rate_share);
+  if (b.effort_share) f.effort_share = std::max(a.effort_share.value_or(0), *b.effort_share);
+  if (b.clearance.distance < a.clearance.distance) f.clearance = b.clearance, f.clearance_time = b.clearance_time;
+  f.base_turn = std::max(a.base_turn, b.base_turn);
+  for (std::size_t i = 0; i < f.wheel_share.size() && i < b.wheel_share.size(); ++i)
+    f.wheel_share[i] = std::max(a.wheel_share[i], b.wheel_share[i]);
+  return f;
+}
+
+// Root mean square over the piece, of all joints together: the terms are orthonormal.
+double norm_of(const SelfMotion& z) {
+  return std::sqrt(std::inner_product(z.coefficients.begin(), z.coefficients.end(), z.coefficients.begin(), 0.0));
+}
+
+// In [-1, 1]; not the library's distributions, whose numbers differ from one standard library to the next.
+double random_number(std::mt19937_64& generator) {
+  return std::ldexp(static_cast<double>(generator() >> 11), -53) * 2 - 1;
+}
+
+}  // namespace
+
+void ApproachPlanner::stand_off_and_in(double begin) {
+  const StraightIn& setup = *approach_.straight_in;
+  StraightInProblem in;
+  in.begin = begin, in.end = approach_.duration;
+  in.motion = motion_, in.gravity = problem_.gravity;
+  in.most_steps = problem_.integration.max_steps;
+  in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
+  for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+    const TargetMotion at = target_at(t, begin);
+    in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
+  }
+  in.goals = straight_goals(problem_, servicer_.model);
+  if (bends()) {
+    come_in_bending(in);
+  } else if (disturbed() || targets_loaded()) {
+    come_in_flown(in);
+  } else {
+    come_in(in, {});
+  }
+}
+
+ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProblem& in,
+                                                                 const std::vector<double>& guess) {
+  ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.stand_off, 0), RateDemand::task);
+  set_search(reach);
+  if (!guess.empty()) reach.guess = guess, reach.starts = 1;
+  ReachSolution s = solve(reach, ", stand-off");
+  in.self_motion = {};
+  if (reach.way.keeps_something()) {
+    StandOff kept = keep_on_the_way(in, reach, std::move(s));
+    s = std::move(kept.solution);
+    in.self_motion = kept.piece.self_motion;
+  }
+  report(reach, s);
+  return {std::move(reach), std::move(s)};
+}
+
+void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
+  const ReachSolution s = plan_stand_off(in, guess).solution;
+  advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
+  in.position = position_, in.X_WB = X_WB_;
+  take_straight_in(in, plan_straight_in(base_, in));
+}
+
+ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, const ReachProblem& reach,
+                                                         ReachSolution solution) {
+  in.position = solution.position, in.X_WB = solution.X_WB;
+  StandOff result{std::move(solution), keep_straight_in(base_, in, reach)};
+  plan_.report.rhs_evaluations += result.piece.rhs_evaluations;
+  return result;
+}
+
+ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(const StraightInProblem& in, const ReachProblem& reach,
+                                                           ReachSolution solution) {
+  constexpr int kElsewhere = 6;
+  int tried = 1;
+  const std::vector<double> chosen = solution.position;
+  StandOff best = try_stand_off(in, reach, std::move(solution));
+  std::optional<StandOff> now = best;
+  std::mt19937_64 generator(reach.seed);
+  for (int i = 0; !best.piece.kept; ++i) {
+    // The piece itself says where it would begin.
+    constexpr int kNearer = 3;
+    for (int k = 0; now && !now->piece.kept && k < kNearer; ++k) {
+      now = begin_where_it_keeps(in, reach, *now);
+      if (!now) break;
+      ++tried;
+      if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
+    }
+    if (best.piece.kept || i == kElsewhere) break;
+    // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
+    std::vector<double> guess = chosen;
+    for (std::size_t j = 0; j < guess.size(); ++j) {
+      constexpr double kFarther = 0.5;  // each time [rad or m]
+      const double shift = kFarther * (i + 1) * random_number(generator);
+      const bool grasps = std::any_of(reach.goals.begin(), reach.goals.end(),
+                                      [&](const Goal& g) { return base_.carries(static_cast<int>(j), g.frame); });
+      if (grasps) guess[j] = std::clamp(guess[j] + shift, reach.lower[j], reach.upper[j]);
+    }
+    now = stand_off_near(in, reach, guess, 4);
+    if (!now) continue;
+    ++tried;
+    if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
+  }
+  if (!best.piece.kept) refuse_straight_in(in, reach, best, tried);
+  if (tried > 1) take_objective(reach, best.solution);
+  best.solution.way = both(best.solution.way.value_or(WayFigures{}), best.piece.figures);
+  return best;
+}
+
+std::optional<ApproachPlanner::StandOff> ApproachPlanner::begin_where_it_keeps(StraightInProblem in,
+                                                                               const ReachProblem& reach,
+                                                                               const StandOff& from) {
+  in.position = from.solution.position, in.X_WB = from.solution.X_WB;
+  const StartFreedom freedom = start_freedom(base_, reach, from.solution);
+  if (freedom.position.cols() == 0) return std::nullopt;
+  const StraightWay way = keep_straight_in(base_, in, reach, &freedom);
+  plan_.report.rhs_evaluations += way.rhs_evaluations;
+  if (way.start.empty()) return std::nullopt;
+  std::vector<double> guess = way.start;
+  for (std::size_t j = 0; j < guess.size(); ++j) guess[j] = std::clamp(guess[j], reach.lower[j], reach.upper[j]);
+  return stand_off_near(in, reach, guess, 1);
+}
+
+std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(const StraightInProblem& in,
+                                                                         const ReachProblem& reach,
+                                                                         const std::vector<double>& guess, int starts) {
+  ReachProblem near = reach;
+  near.guess = guess, near.starts = starts;
+  near.objective = Objective(Objective::Kind::nearest, reach.start, guess, reach.lower, reach.upper);
+  ReachSolution solution = plan_reach(base_, near);
+  plan_.report.rhs_evaluations += solution.rhs_evaluations;
+  if (!solution.found || solution.approximate) return std::nullopt;
+  return try_stand_off(in, reach, std::move(solution));
+}
+
+void ApproachPlanner::take_objective(const ReachProblem& reach, ReachSolution& solution) {
+  ReachProblem with_knots = reach;
+  with_knots.start.knots = solution.knots;
+  Shooting shooting(base_, with_knots);
+  const Shot shot = shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
+  const WayEnd end = keep_way(base_, reach, shot, solution.knots, kAsItIs);
+  plan_.report.rhs_evaluations += end.rhs_evaluations + shooting.rhs_evaluations();
+  solution.objective = end.objective, solution.terms = end.terms;
+}
+
+void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const ReachProblem& reach, const StandOff& best,
+                                         int tried) {
+  report(reach, best.solution);
+  plan_.report.found = false;
+  const bool is_free = best.piece.self_motions > 0;
+  throw Unplannable(fmt::format(
+      "planning the approach, straight in: the end-effectors arrive, but no motion of the joints was found that keeps "
+      "what approach.plan asks for on the piece of way from t = {:.4g} s on; from the nearest of {} configurations at "
+      "the stand-off {}{}; {}",
+      in.begin, tried, best.piece.trouble,
+      is_free ? ""
+              : ", and the joints have no freedom beside what the end-effectors are to do: as many rows are asked for "
+                "as there are joints that can move them",
+      is_free ? "a longer straight_in.duration, a shorter stand_off or another guess may help"
+              : "orientation: axis or free, roll: free, a longer straight_in.duration, a shorter stand_off or another "
+                "guess may help"));
+}
+
+void ApproachPlanner::require_arrival(const StraightInPath& path) {
+  constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+  double largest = 0;
+  std::string text;
+  for (std::size_t i = 0; i < path.miss.size(); ++i) {
+    plan_.report.miss[i].distance = path.miss[i].distance;
+    plan_.report.miss[i].angle = path.miss[i].angle;
+    largest = std::max({largest, path.miss[i].distance, path.miss[i].angle});
+    if (path.miss[i].distance <= kMissed && path.miss[i].angle <= kMissed) continue;
+    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
+                        plan_.report.miss[i].end_effector, path.miss[i].distance, path.miss[i].angle);
+  }
+  if (text.empty()) {
+    if (largest > 1e-9) {
+      plan_.warnings.push_back(
+          fmt::format("approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+    }
+    return;
+  }
+  plan_.report.found = false;
+  throw Unplannable(fmt::format(
+      "planning the approach, straight in: {}: {}", text,
+      path.damped
+          ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
+                        "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
+                        "(initial.joints, plan.guess) may help",
+                        path.damped_begin)
+          : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
+                        "approach_direction may help")));
+}
+
+void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
+  plan_.report.rhs_evaluations += path.rhs_evaluations;
+  if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
+  require_arrival(path);
+  for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+    auto& pieces = plan_.joints[j].pieces;
+    pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());
+    position_[j] = evaluate(plan_.joints[j], in.end).position;
+  }
+  rate_ = path.rate_end;
+  plan_.report.straight_in =
+      StraightInReport{in.begin,        in.stand_off,      in.final_speed,         path.smallest_singular_value,
+                       path.damped,     path.damped_begin, path.damped_end,        path.unmet,
+                       path.unmet_time, path.fit_error,    norm_of(in.self_motion)};
+  if (path.damped) {
+    plan_.warnings.push_back(
+        fmt::format("approach: straight in, the arms pass a singularity of the generalized Jacobian between t = {:.4g} "
+                    "and {:.4g} s (smallest singular value {:.3g}); joint rates are damped there and the demanded "
+                    "motion is missed by up to {:.3g} (m/s or rad/s)",
+                    path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
+  } else if (path.unmet > 1e-9) {
+    plan_.warnings.push_back(
+        fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
+                    "is left unmet, at t = {:.4g} s",
+                    path.unmet, path.unmet_time));
+  }
+}
+
+}  // namespace grapnel
