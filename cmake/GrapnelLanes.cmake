@@ -4,7 +4,8 @@
 # The last flags on a command line win: these undo -march=native, and every configuration's lack of optimization, without
 # which inline functions of the standard library would be emitted for the set.
 set(GRAPNEL_LANE_SETS one_lane)
-set(common -O3 -ffp-contract=off -fno-math-errno -fno-tree-vectorize -fno-tree-slp-vectorize)
+set(common -O3 -ffp-contract=off -fno-math-errno -fno-tree-vectorize -fno-tree-slp-vectorize
+  -DGRAPNEL_UNROLL_COMPONENTS)
 if(GRAPNEL_LANES AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(GRAPNEL_LANES_X86 ON)
   list(APPEND GRAPNEL_LANE_SETS sse2 avx2 avx512)

@@ -19,11 +19,6 @@ bool is_prescribed(const DynamicsInput<S>& in, int v) {
   return !in.prescribed.empty() && in.prescribed[v] != 0;
 }
 
-// Whether place_links() goes before the first sweep. Faster for doubles too (a tenth), but there -march=native then
-// fuses other products and sums than before, which moves the last bits of every result.
-template <class S>
-inline constexpr bool kPlacesFirst = !std::is_same_v<S, double>;
-
 // Whether joints may move by the modes of a chain.
 template <class S>
 inline constexpr bool kHasChains = std::is_same_v<S, double>;
@@ -35,7 +30,7 @@ void place_links(const Tree<S>& tree, std::span<const S> q, std::vector<LinkScra
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
-    visit_joint(link, [&](auto joint) {
+    visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
       if constexpr (!kIsRoot<decltype(joint)>) place(joint, link, q, scratch[n]);
     });
   }
@@ -44,7 +39,7 @@ void place_links(const Tree<S>& tree, std::span<const S> q, std::vector<LinkScra
 // First sweep, root to tips: velocities, bias accelerations, rigid inertias and bias wrenches V x* I V - F.
 template <class S>
 void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::vector<LinkScratch<S>>& scratch) {
-  if constexpr (kPlacesFirst<S>) place_links(tree, in.q, scratch);
+  place_links(tree, in.q, scratch);
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
@@ -53,9 +48,8 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
       w.V = root_velocity(link, in.v);
     } else {
       const LinkScratch<S>& parent = scratch[link.parent];
-      visit_joint(link, [&](auto joint) {
+      visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
         if constexpr (!kIsRoot<decltype(joint)>) {
-          if constexpr (!kPlacesFirst<S>) place(joint, link, in.q, w);
           move(joint, link, in.v, parent.V, w);
           w.bias = joint_bias(joint, link, in.v, w.V);
         }
@@ -65,6 +59,17 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
     w.p = cross_force(w.V, link.inertia * w.V);
     if (!in.link_wrench.empty()) w.p -= in.link_wrench[n];
     if (link.has_rotor) scratch[link.parent].p.angular += gyroscopic_moment(link, in.v, scratch[link.parent].V.angular);
+  }
+}
+
+// The second sweep's step. A function of its own for each kind of joint: all of them in one spill more registers.
+template <class Joint, class S>
+__attribute__((noinline)) void pass_inertia(Joint joint, const TreeLink<S>& link, const DynamicsInput<S>& in,
+                                            LinkScratch<S>& w, const TreeLink<S>& carrier, LinkScratch<S>& parent) {
+  if (is_prescribed(in, link.v)) {
+    send_rigid(joint, link, in.acceleration, w, carrier, parent);
+  } else {
+    send(joint, link, in.force, w, carrier, parent);
   }
 }
 
@@ -79,23 +84,17 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWo
     if (link.parent < 0) continue;
     const TreeLink<S>& carrier = tree.links[link.parent];
     LinkScratch<S>& parent = scratch[link.parent];
-    const bool rigid = is_prescribed(in, link.v);
-    visit_joint(link, [&](auto joint) {
+    visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
       if constexpr (kHasChains<S>) {
         if constexpr (OneAxis<decltype(joint)>) {
-          if (link.chain >= 0 && !rigid) {
+          if (link.chain >= 0 && !is_prescribed(in, link.v)) {
             send_modal(joint, link, tree.chains[link.chain], in.force, w, workspace.chains[link.chain], carrier,
                        parent);
             return;
           }
         }
       }
-      if constexpr (kIsRoot<decltype(joint)>) {
-      } else if (rigid) {
-        send_rigid(joint, link, in.acceleration, w, carrier, parent);
-      } else {
-        send(joint, link, in.force, w, carrier, parent);
-      }
+      if constexpr (!kIsRoot<decltype(joint)>) pass_inertia(joint, link, in, w, carrier, parent);
     });
   }
 }
@@ -141,7 +140,7 @@ void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, Dyna
       continue;
     }
     const bool rigid = is_prescribed(in, link.v);
-    visit_joint(link, [&](auto joint) {
+    visit_joint(link, [&](auto joint) GRAPNEL_INLINE_LAMBDA {
       if constexpr (!kIsRoot<decltype(joint)>) {
         if constexpr (kHasChains<S>) {
           if constexpr (OneAxis<decltype(joint)>) {

@@ -17,7 +17,9 @@ struct ArticulatedInertia {
 
   GRAPNEL_INLINE ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
     J += b.J, M += b.M;
+    GRAPNEL_UNROLL
     for (int i = 0; i < 3; ++i) {
+      GRAPNEL_UNROLL
       for (int j = 0; j < 3; ++j) H[i][j] += b.H[i][j];
     }
     return *this;
@@ -66,16 +68,13 @@ GRAPNEL_INLINE ArticulatedInertia<S> loaded(const ArticulatedInertia<S>& I) {
           {{I.H[0][0], I.H[0][1], I.H[0][2]}, {I.H[1][0], I.H[1][1], I.H[1][2]}, {I.H[2][0], I.H[2][1], I.H[2][2]}},
           {I.M.xx, I.M.yy, I.M.zz, I.M.xy, I.M.xz, I.M.yz}};
 }
-template <SpatialKind kKind, class S>
-GRAPNEL_INLINE SpatialVector<kKind, S> loaded(const SpatialVector<kKind, S>& F) {
-  return {{F.angular[0], F.angular[1], F.angular[2]}, {F.linear[0], F.linear[1], F.linear[2]}};
-}
 
 template <class S>
 GRAPNEL_INLINE Wrench<S> operator*(const ArticulatedInertia<S>& I, const SpatialAcceleration<S>& A) {
   const Vector3<S>& a = A.angular;
   const Vector3<S>& l = A.linear;
   Wrench<S> F{I.J * a, I.M * l};
+  GRAPNEL_UNROLL
   for (int i = 0; i < 3; ++i) {
     F.angular[i] += I.H[i][0] * l[0] + I.H[i][1] * l[1] + I.H[i][2] * l[2];
     F.linear[i] += I.H[0][i] * a[0] + I.H[1][i] * a[1] + I.H[2][i] * a[2];
@@ -94,6 +93,7 @@ GRAPNEL_INLINE void shift_origin(ArticulatedInertia<S>& I, const Vector3<S>& p) 
   // [p x] M, by columns of M.
   const Vector3<S> m0 = cross(p, Vector3<S>{M.xx, M.xy, M.xz}), m1 = cross(p, Vector3<S>{M.xy, M.yy, M.yz}),
                    m2 = cross(p, Vector3<S>{M.xz, M.yz, M.zz});
+  GRAPNEL_UNROLL
   for (int i = 0; i < 3; ++i) I.H[i][0] += m0[i], I.H[i][1] += m1[i], I.H[i][2] += m2[i];
   const Vector3<S> n0{I.H[0][0], I.H[0][1], I.H[0][2]}, n1{I.H[1][0], I.H[1][1], I.H[1][2]},
       n2{I.H[2][0], I.H[2][1], I.H[2][2]};
@@ -112,6 +112,7 @@ GRAPNEL_INLINE void shift_behind_joint(ArticulatedInertia<S>& I, const Vector3<S
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
   const Vector3<S> hi{I.H[i][0], I.H[i][1], I.H[i][2]}, hj{I.H[j][0], I.H[j][1], I.H[j][2]};
   // [p x] M, by its rows: row i is p_j M_K - p_K M_j and so on cyclically.
+  GRAPNEL_UNROLL
   for (int c = 0; c < 3; ++c) {
     I.H[K][c] = p[i] * I.M(j, c) - p[j] * I.M(i, c);
     I.H[i][c] += p[j] * I.M(K, c) - p[K] * I.M(j, c);
@@ -133,10 +134,14 @@ GRAPNEL_INLINE void rotate_general(ArticulatedInertia<S>& I, const Rotation<S>& 
   I.J = rotate(R, I.J);
   I.M = rotate(R, I.M);
   S T[3][3];
+  GRAPNEL_UNROLL
   for (int i = 0; i < 3; ++i) {
+    GRAPNEL_UNROLL
     for (int j = 0; j < 3; ++j) T[i][j] = R.m[i][0] * I.H[0][j] + R.m[i][1] * I.H[1][j] + R.m[i][2] * I.H[2][j];
   }
+  GRAPNEL_UNROLL
   for (int i = 0; i < 3; ++i) {
+    GRAPNEL_UNROLL
     for (int j = 0; j < 3; ++j) I.H[i][j] = T[i][0] * R.m[j][0] + T[i][1] * R.m[j][1] + T[i][2] * R.m[j][2];
   }
 }
@@ -174,39 +179,42 @@ GRAPNEL_INLINE void rotate_block_about(const SineCosine<S>& a, Symmetric3<S>& A)
   A(i, j) = a.cosine * t - A(i, j);
 }
 
-/// Re-expressed after a turn about axis K, for an articulated inertia whose K moment row has been taken away by the
-/// joint (J_K* = 0, H_K* = 0): what a revolute joint passes to its parent.
+/// Re-expressed after a turn about axis K.
 template <int K, class S>
-GRAPNEL_INLINE void rotate_behind_joint(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
+GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, Symmetric3<S>& A) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
-  rotate_block_about<K>(a, I.J);
-  rotate_block_about<K>(a, I.M);
-  const S mi = I.M(i, K), mj = I.M(j, K);
-  I.M(i, K) = a.cosine * mi - a.sine * mj;
-  I.M(j, K) = a.sine * mi + a.cosine * mj;
-  // Rows i and j of H, then its columns i and j; row K stays zero.
+  const S ai = A(i, K), aj = A(j, K);
+  rotate_block_about<K>(a, A);
+  A(i, K) = a.cosine * ai - a.sine * aj;
+  A(j, K) = a.sine * ai + a.cosine * aj;
+}
+
+/// The same for the rows i and j of H, whose row K is zero or the caller's to turn.
+template <int K, class S>
+GRAPNEL_INLINE void rotate_rows_about(const SineCosine<S>& a, S (&H)[3][3]) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
   S hi[3], hj[3];
+  GRAPNEL_UNROLL
   for (int c = 0; c < 3; ++c) {
-    hi[c] = a.cosine * I.H[i][c] - a.sine * I.H[j][c];
-    hj[c] = a.sine * I.H[i][c] + a.cosine * I.H[j][c];
+    hi[c] = a.cosine * H[i][c] - a.sine * H[j][c];
+    hj[c] = a.sine * H[i][c] + a.cosine * H[j][c];
   }
-  I.H[i][K] = hi[K];
-  I.H[j][K] = hj[K];
-  I.H[i][i] = a.cosine * hi[i] - a.sine * hi[j];
-  I.H[i][j] = a.sine * hi[i] + a.cosine * hi[j];
-  I.H[j][i] = a.cosine * hj[i] - a.sine * hj[j];
-  I.H[j][j] = a.sine * hj[i] + a.cosine * hj[j];
+  H[i][K] = hi[K];
+  H[j][K] = hj[K];
+  H[i][i] = a.cosine * hi[i] - a.sine * hi[j];
+  H[i][j] = a.sine * hi[i] + a.cosine * hi[j];
+  H[j][i] = a.cosine * hj[i] - a.sine * hj[j];
+  H[j][j] = a.sine * hj[i] + a.cosine * hj[j];
 }
 
 /// Re-expressed after a turn about axis K, no structure assumed.
 template <int K, class S>
 GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
-  const S ji = I.J(i, K), jj = I.J(j, K);
+  rotate_about<K>(a, I.J);
+  rotate_about<K>(a, I.M);
+  rotate_rows_about<K>(a, I.H);
   const S row_i = I.H[K][i], row_j = I.H[K][j];
-  rotate_behind_joint<K>(a, I);
-  I.J(i, K) = a.cosine * ji - a.sine * jj;
-  I.J(j, K) = a.sine * ji + a.cosine * jj;
   I.H[K][i] = a.cosine * row_i - a.sine * row_j;
   I.H[K][j] = a.sine * row_i + a.cosine * row_j;
 }

@@ -40,19 +40,20 @@ concept OneAxis = Joint::kVelocities == 1;
 /// Calls f with the tag of the link's joint.
 template <class S, class F>
 GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
+  if (link.joint == JointType::revolute) [[likely]] {
+    switch (link.axis) {
+      case 0:
+        f(Revolute<0>{});
+        return;
+      case 1:
+        f(Revolute<1>{});
+        return;
+      default:
+        f(Revolute<2>{});
+        return;
+    }
+  }
   switch (link.joint) {
-    case JointType::revolute:
-      switch (link.axis) {
-        case 0:
-          f(Revolute<0>{});
-          return;
-        case 1:
-          f(Revolute<1>{});
-          return;
-        default:
-          f(Revolute<2>{});
-          return;
-      }
     case JointType::prismatic:
       switch (link.axis) {
         case 0:
@@ -258,11 +259,7 @@ GRAPNEL_INLINE Rotation<S> joint_rotation(Spherical, const LinkScratch<S>& w, co
 }
 template <int K, class S>
 GRAPNEL_INLINE void rotate_inertia(Revolute<K>, const LinkScratch<S>& w, Symmetric3<S>& J) {
-  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
-  const S ji = J(i, K), jj = J(j, K);
-  rotate_block_about<K>(w.angle, J);
-  J(i, K) = w.angle.cosine * ji - w.angle.sine * jj;
-  J(j, K) = w.angle.sine * ji + w.angle.cosine * jj;
+  rotate_about<K>(w.angle, J);
 }
 template <int K, class S>
 GRAPNEL_INLINE void rotate_inertia(Revolute<K>, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
@@ -308,27 +305,16 @@ GRAPNEL_INLINE Momentum<S> unit_momentum(Spherical, const RigidBodyInertia<S>& I
 
 // --- How a joint gives way: the steps of forward dynamics. -----------------------------------------------------------
 
-// The inertia and bias wrench that the joint passes to the parent, still in the link's frame:
-//   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
-// the terms of (4.8) and (4.11) of docs/theory.md; c is the bias acceleration (Featherstone 2008, eqs. 7.25, 7.26).
+// The sum of (4.8). The first child to arrive brings the carrier's own inertia in: its structure is still known there,
+// and the first sweep need not write it out.
 template <class S>
-struct Transmitted {
-  ArticulatedInertia<S> I;
-  Wrench<S> p;
-};
-
-// The sums of (4.8) and (4.11). The first child to arrive brings the carrier's own inertia in: its structure is still
-// known there, and the first sweep need not write it out.
-template <class S>
-GRAPNEL_INLINE void receive(const TreeLink<S>& carrier, const ArticulatedInertia<S>& I, const Wrench<S>& p,
-                            LinkScratch<S>& parent) {
+GRAPNEL_INLINE void receive(const TreeLink<S>& carrier, const ArticulatedInertia<S>& I, LinkScratch<S>& parent) {
   if (parent.carries) {
     parent.I += I;
   } else {
     set_sum(parent.I, carrier.inertia, I);
     parent.carries = true;
   }
-  parent.p += p;
 }
 
 // One column of the factorization (4.9).
@@ -345,45 +331,68 @@ GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<
   w.g = D_inverse * column.u;
 }
 
-// I_a = I - G U^T, p_a = p + I_a c + G u, for any structure; t holds I and p. Changed in place: with packs, structures
-// of this size returned or assigned as a whole go through memory (a sixth of the time).
+// What the joint passes to the parent, still in the link's frame: the inertia and, returned, the bias wrench
+//   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
+// the terms of (4.8) and (4.11) of docs/theory.md, for any structure; c is the bias acceleration (Featherstone 2008,
+// eqs. 7.25, 7.26). Written number by number: with packs, structures of this size returned or assigned as a whole go
+// through memory (a sixth of the time).
 template <class S>
-GRAPNEL_INLINE void eliminate(const Column<S>& column, const LinkScratch<S>& w, Transmitted<S>& t) {
+GRAPNEL_INLINE Wrench<S> eliminate(const Column<S>& column, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
   const Vector3<S>&a = w.G.angular, &l = w.G.linear, &Ua = column.U.angular, &Ul = column.U.linear;
-  t.I.J.xx -= a[0] * Ua[0], t.I.J.yy -= a[1] * Ua[1], t.I.J.zz -= a[2] * Ua[2];
-  t.I.J.xy -= a[0] * Ua[1], t.I.J.xz -= a[0] * Ua[2], t.I.J.yz -= a[1] * Ua[2];
+  const Symmetric3<S>&J = w.I.J, &M = w.I.M;
+  I.J.xx = J.xx - a[0] * Ua[0], I.J.yy = J.yy - a[1] * Ua[1], I.J.zz = J.zz - a[2] * Ua[2];
+  I.J.xy = J.xy - a[0] * Ua[1], I.J.xz = J.xz - a[0] * Ua[2], I.J.yz = J.yz - a[1] * Ua[2];
+  GRAPNEL_UNROLL
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) t.I.H[r][c] -= a[r] * Ul[c];
+    GRAPNEL_UNROLL
+    for (int c = 0; c < 3; ++c) I.H[r][c] = w.I.H[r][c] - a[r] * Ul[c];
   }
-  t.I.M.xx -= l[0] * Ul[0], t.I.M.yy -= l[1] * Ul[1], t.I.M.zz -= l[2] * Ul[2];
-  t.I.M.xy -= l[0] * Ul[1], t.I.M.xz -= l[0] * Ul[2], t.I.M.yz -= l[1] * Ul[2];
-  t.p += t.I * w.bias;
-  t.p += column.u * w.G;
+  I.M.xx = M.xx - l[0] * Ul[0], I.M.yy = M.yy - l[1] * Ul[1], I.M.zz = M.zz - l[2] * Ul[2];
+  I.M.xy = M.xy - l[0] * Ul[1], I.M.xz = M.xz - l[0] * Ul[2], I.M.yz = M.yz - l[1] * Ul[2];
+  Wrench<S> p = w.p + I * w.bias;
+  p += column.u * w.G;
+  return p;
 }
 
 // The same for a revolute joint without rotor: the moment row of the axis vanishes exactly, and so do its products;
-// c has no component along the axis.
+// c has no component along the axis. The inertia is turned to the axes of the joint's frame on the way, and the wrench
+// goes to the parent: one block of the inertia after the other, each number loaded where it is needed, since packs of
+// the whole inertia do not fit into the registers (16 with AVX2).
 template <int K, class S>
-GRAPNEL_INLINE void eliminate_revolute(const Column<S>& column, const LinkScratch<S>& w, Transmitted<S>& t) {
+GRAPNEL_INLINE void eliminate_revolute(Revolute<K> joint, const TreeLink<S>& link, const Column<S>& column,
+                                       const LinkScratch<S>& w, ArticulatedInertia<S>& I, LinkScratch<S>& parent) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
-  ArticulatedInertia<S>& I = t.I;
   const Vector3<S>&a = w.G.angular, &l = w.G.linear, &Ua = column.U.angular, &Ul = column.U.linear;
-  I.J(i, i) -= a[i] * Ua[i], I.J(i, j) -= a[i] * Ua[j], I.J(j, j) -= a[j] * Ua[j];
+  const Vector3<S>&ca = w.bias.angular, &cl = w.bias.linear;
+
+  I.J(i, i) = w.I.J(i, i) - a[i] * Ua[i];
+  I.J(i, j) = w.I.J(i, j) - a[i] * Ua[j];
+  I.J(j, j) = w.I.J(j, j) - a[j] * Ua[j];
   I.J(K, K) = I.J(i, K) = I.J(j, K) = S(0);
+  const S moment_i = I.J(i, i) * ca[i] + I.J(i, j) * ca[j], moment_j = I.J(i, j) * ca[i] + I.J(j, j) * ca[j];
+  rotate_block_about<K>(w.angle, I.J);
+
+  I.M.xx = w.I.M.xx - l[0] * Ul[0], I.M.yy = w.I.M.yy - l[1] * Ul[1], I.M.zz = w.I.M.zz - l[2] * Ul[2];
+  I.M.xy = w.I.M.xy - l[0] * Ul[1], I.M.xz = w.I.M.xz - l[0] * Ul[2], I.M.yz = w.I.M.yz - l[1] * Ul[2];
+  Vector3<S> force;
+  GRAPNEL_UNROLL
+  for (int c = 0; c < 3; ++c) force[c] = I.M(c, i) * cl[i] + I.M(c, j) * cl[j];
+  rotate_about<K>(w.angle, I.M);
+
+  Wrench<S> p;
+  GRAPNEL_UNROLL
   for (int c = 0; c < 3; ++c) {
     I.H[K][c] = S(0);
-    I.H[i][c] -= a[i] * Ul[c];
-    I.H[j][c] -= a[j] * Ul[c];
+    I.H[i][c] = w.I.H[i][c] - a[i] * Ul[c];
+    I.H[j][c] = w.I.H[j][c] - a[j] * Ul[c];
+    p.linear[c] = w.p.linear[c] + (force[c] + I.H[i][c] * ca[i] + I.H[j][c] * ca[j]);
   }
-  I.M.xx -= l[0] * Ul[0], I.M.yy -= l[1] * Ul[1], I.M.zz -= l[2] * Ul[2];
-  I.M.xy -= l[0] * Ul[1], I.M.xz -= l[0] * Ul[2], I.M.yz -= l[1] * Ul[2];
-  const Vector3<S>&ca = w.bias.angular, &cl = w.bias.linear;
-  t.p.angular[i] += I.J(i, i) * ca[i] + I.J(i, j) * ca[j] + I.H[i][i] * cl[i] + I.H[i][j] * cl[j];
-  t.p.angular[j] += I.J(i, j) * ca[i] + I.J(j, j) * ca[j] + I.H[j][i] * cl[i] + I.H[j][j] * cl[j];
-  for (int c = 0; c < 3; ++c) {
-    t.p.linear[c] += I.M(c, i) * cl[i] + I.M(c, j) * cl[j] + I.H[i][c] * ca[i] + I.H[j][c] * ca[j];
-  }
-  t.p += column.u * w.G;
+  p.angular[i] = w.p.angular[i] + (moment_i + I.H[i][i] * cl[i] + I.H[i][j] * cl[j]);
+  p.angular[j] = w.p.angular[j] + (moment_j + I.H[j][i] * cl[i] + I.H[j][j] * cl[j]);
+  p.angular[K] = w.p.angular[K];
+  p += column.u * w.G;
+  parent.p += force_to_parent(joint, link, w, p);
+  rotate_rows_about<K>(w.angle, I.H);
 }
 
 // What a rotor adds to the column, (19.9): its spin couples the joint with the parent's angular acceleration.
@@ -416,21 +425,20 @@ GRAPNEL_INLINE void send(Revolute<K> joint, const TreeLink<S>& link, std::span<c
                    link.sign * force[link.v] - w.p.angular[K]};
   couple_rotor(joint, link, w, column);
   store_gain(column, joint_inertia(joint, link, w), w);
-  Transmitted<S> t{loaded(w.I), loaded(w.p)};
+  ArticulatedInertia<S> I;
   if (!link.has_armature) {
-    eliminate_revolute<K>(column, w, t);
-    rotate_behind_joint<K>(w.angle, t.I);
+    eliminate_revolute(joint, link, column, w, I, parent);
     if (link.rotated) {
-      shift_to_parent(link, w.p_PL, t.I);
+      shift_to_parent(link, w.p_PL, I);
     } else {
-      shift_behind_joint<K>(t.I, w.p_PL);
+      shift_behind_joint<K>(I, w.p_PL);
     }
   } else {
-    eliminate(column, w, t);
-    rotate_about<K>(w.angle, t.I);
-    shift_to_parent(link, w.p_PL, t.I);
+    parent.p += force_to_parent(joint, link, w, eliminate(column, w, I));
+    rotate_about<K>(w.angle, I);
+    shift_to_parent(link, w.p_PL, I);
   }
-  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+  receive(carrier, I, parent);
 }
 
 template <int K, class S>
@@ -440,10 +448,10 @@ GRAPNEL_INLINE void send(Prismatic<K> joint, const TreeLink<S>& link, std::span<
                    link.sign * force[link.v] - w.p.linear[K]};
   couple_rotor(joint, link, w, column);
   store_gain(column, joint_inertia(joint, link, w), w);
-  Transmitted<S> t{loaded(w.I), loaded(w.p)};
-  eliminate(column, w, t);
-  shift_to_parent(link, w.p_PL, t.I);
-  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+  ArticulatedInertia<S> I;
+  parent.p += force_to_parent(joint, link, w, eliminate(column, w, I));
+  shift_to_parent(link, w.p_PL, I);
+  receive(carrier, I, parent);
 }
 
 // A spherical joint takes all moment: with I = [J H; H^T M], I_a = [0 0; 0 M - H^T J^-1 H].
@@ -453,21 +461,23 @@ GRAPNEL_INLINE void send(Spherical joint, const TreeLink<S>& link, std::span<con
   const SymmetricFactor3<S> J(w.I.J);
   const Vector3<S> torque{force[link.v], force[link.v + 1], force[link.v + 2]};
   const Vector3<S> u = torque - w.p.angular;
-  Transmitted<S> t;
-  t.I.J = Symmetric3<S>::zero();
-  for (auto& row : t.I.H) row[0] = row[1] = row[2] = S(0);
+  ArticulatedInertia<S> I;
+  I.J = Symmetric3<S>::zero();
+  for (auto& row : I.H) row[0] = row[1] = row[2] = S(0);
   Vector3<S> X[3];  // columns of J^-1 H
+  GRAPNEL_UNROLL
   for (int c = 0; c < 3; ++c) X[c] = J.solve({w.I.H[0][c], w.I.H[1][c], w.I.H[2][c]});
   const auto HtX = [&](int r, int c) { return w.I.H[0][r] * X[c][0] + w.I.H[1][r] * X[c][1] + w.I.H[2][r] * X[c][2]; };
   const Symmetric3<S>& M = w.I.M;
-  t.I.M = {M.xx - HtX(0, 0), M.yy - HtX(1, 1), M.zz - HtX(2, 2), M.xy - HtX(0, 1), M.xz - HtX(0, 2), M.yz - HtX(1, 2)};
+  I.M = {M.xx - HtX(0, 0), M.yy - HtX(1, 1), M.zz - HtX(2, 2), M.xy - HtX(0, 1), M.xz - HtX(0, 2), M.yz - HtX(1, 2)};
   // p_a = p + I_a c + U D^-1 u; its moment is p.angular + u = torque.
-  t.p.angular = torque;
-  t.p.linear = w.p.linear + t.I.M * w.bias.linear;
-  for (int c = 0; c < 3; ++c) t.p.linear[c] += dot(X[c], u);
-  t.I.M = rotate(w.R_FL, t.I.M);
-  shift_to_parent(link, w.p_PL, t.I);
-  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+  Wrench<S> p{torque, w.p.linear + I.M * w.bias.linear};
+  GRAPNEL_UNROLL
+  for (int c = 0; c < 3; ++c) p.linear[c] += dot(X[c], u);
+  I.M = rotate(w.R_FL, I.M);
+  shift_to_parent(link, w.p_PL, I);
+  receive(carrier, I, parent);
+  parent.p += force_to_parent(joint, link, w, p);
 }
 
 // Behind a joint whose acceleration is prescribed: nothing yields, and S times the acceleration joins the bias.
@@ -479,7 +489,8 @@ GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<c
   const Wrench<S> p = w.p + I * w.bias;
   rotate_inertia(joint, w, I);
   shift_to_parent(link, w.p_PL, I);
-  receive(carrier, I, force_to_parent(joint, link, w, p), parent);
+  receive(carrier, I, parent);
+  parent.p += force_to_parent(joint, link, w, p);
   if constexpr (OneAxis<Joint>) {
     if (link.has_rotor) parent.p.angular += S(link.sign * acceleration[link.v]) * link.rotor;
   }
@@ -598,7 +609,8 @@ void send_modal(Joint joint, const TreeLink<double>& link, const ModalChain& cha
   }
   rotate_inertia(joint, w, I);
   shift_to_parent(link, w.p_PL, I);
-  receive(carrier, I, force_to_parent(joint, link, w, p), parent);
+  receive(carrier, I, parent);
+  parent.p += force_to_parent(joint, link, w, p);
 }
 
 /// The third sweep's step, where the parent's acceleration has arrived in w.A.

@@ -49,9 +49,8 @@ __attribute__((always_inline)) inline Quartered<S> quartered(const S& angle) {
   const S shifted = angle * kTwoOverPi + kRound;
   const S count = shifted - kRound;
   const S first = angle - count * kPart1;
-  const S second = count * kPart2;
-  const S r = first - second;
-  const S lost = count * kPart3 - ((first - r) - second);
+  const S r = first - count * kPart2;
+  const S lost = count * kPart3 - ((first - r) - count * kPart2);
   const S y = r - lost;
   const S tail = (r - y) - lost;
 
@@ -66,9 +65,8 @@ __attribute__((always_inline)) inline Quartered<S> quartered(const S& angle) {
   const S c = z * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
                    z2 * ((2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
                          z2 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
-  const S half = 0.5 * z;
-  const S w = 1.0 - half;
-  const S cosine = w + (((1.0 - w) - half) + (z * c - y * tail));
+  const S w = 1.0 - 0.5 * z;
+  const S cosine = w + (((1.0 - w) - 0.5 * z) + (z * c - y * tail));
   return {shifted, sine, cosine};
 }
 
