@@ -1,13 +1,16 @@
 #include "grapnel/impact/compliant_impact.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
-#include "grapnel/impact/compliant_cvode.hpp"
 #include "grapnel/impact/compliant_scales.hpp"
+#include "grapnel/impact/compliant_stepper.hpp"
 
 namespace grapnel {
 
@@ -15,6 +18,14 @@ namespace {
 
 // Relative speeds below this share of the largest are rounding.
 constexpr double kNoSpeed = 1e-12;
+// Of a peak's place in an interval, binary digits: half of a double's, more cannot be told from values.
+constexpr int kPeakBits = 26;
+// Of the springs' shortest time scale: a contact at rest that is pushed is noticed at the end of the first step.
+constexpr double kFirstStep = 1e-4;
+
+// The estimate is that of a method of order 5 and far above the error of one of order 9: with this tolerance the
+// polynomial between stages, of order 6, is about as good as the tolerance asked for, and the ends are better.
+double step_tolerance(double relative) { return std::pow(relative, 0.75); }
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("compliant_impact: " + what);
@@ -106,7 +117,10 @@ class Run {
   void integrate(StiffIntegrator& integrator, CompliantRecorder& recorder);
   bool follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event);
   void enter(std::size_t contact, ContactPhase next);
-  void note_grasps(double t);
+  void observe(StiffIntegrator& integrator, CompliantRecorder& recorder);
+  double settling(StiffIntegrator& integrator, double moving, double at_rest);
+  bool moves() const { return grasp_motion() > setup_.settled * grasp_motion_before_; }
+  double next_stop(double t) const;
   double grasp_motion() const;
   bool is_over(double t) const;
   void limit_step(StiffIntegrator& integrator) const;
@@ -124,7 +138,10 @@ class Run {
   CompliantSystem system_;
   CompliantScales scales_;
   CompliantOutcome result_;
-  double grasp_motion_before_ = 0, last_motion_ = 0;  // [J], [s]
+  double grasp_motion_before_ = 0;                               // [J]
+  double last_motion_ = 0;                                       // when grasps moved last [s]
+  double rest_period_ = 0;                                       // for which they must be at rest [s]
+  double next_break_ = std::numeric_limits<double>::infinity();  // of the drive [s]
   double largest_angle_ = 0;
 };
 
@@ -153,8 +170,14 @@ void Run::begin_piece(StiffIntegrator& integrator) {
   if (!drive_) return;
   system_.load(integrator.time(), integrator.y());
   drive_->begin_piece(integrator.time(), system_.now(), system_.wrenches_now());
-  integrator.restart();
-  integrator.stop_at(std::min(setup_.longest, drive_->next_break(integrator.time())));
+  next_break_ = drive_->next_break(integrator.time());
+}
+
+// The next instant at which the integrator must stop by itself.
+double Run::next_stop(double t) const {
+  const double at_rest = grasps_.empty() ? 0 : last_motion_ + rest_period_;
+  const double stop = std::min(setup_.longest, next_break_);
+  return at_rest > t ? std::min(stop, at_rest) : stop;
 }
 
 // Changes phases where an event says so; true if one changed. The recorder gets the instant before and after.
@@ -193,19 +216,46 @@ double Run::grasp_motion() const {
   return 0.5 * u.dot(scales_.grasp_inertia * u);
 }
 
-void Run::note_grasps(double t) {
-  if (grasps_.empty()) return;
-  if (grasp_motion() > setup_.settled * grasp_motion_before_) last_motion_ = t;
-  for (std::size_t g = 0; g < grasps_.size(); ++g) {
-    largest_angle_ = std::max(largest_angle_, system_.loads()[contacts_.size() + g].angle);
+// When the grasps' motion falls below what counts as rest, between two instants of the last step.
+double Run::settling(StiffIntegrator& integrator, double moving, double at_rest) {
+  while (true) {
+    const double middle = 0.5 * (moving + at_rest);
+    if (!(middle > moving && middle < at_rest)) return at_rest;
+    system_.load(middle, integrator.at(middle));
+    (moves() ? moving : at_rest) = middle;
   }
+}
+
+// Peaks and the grasps' motion in the last step, looked for at its stages.
+void Run::observe(StiffIntegrator& integrator, CompliantRecorder& recorder) {
+  double before = integrator.step_begin();
+  if (!(integrator.time() > before)) return;
+  bool moved = last_motion_ >= before;
+  double moving = 0, at_rest = -1;  // instants between which motion ended
+  for (int stage = 0; stage < integrator.stages(); ++stage) {
+    const double t = integrator.load_stage(stage);
+    recorder.look(stage, t);
+    if (grasps_.empty()) continue;
+    const bool moves_now = moves();
+    if (moves_now) {
+      last_motion_ = t;
+    } else if (moved) {
+      moving = before, at_rest = t;
+    }
+    moved = moves_now, before = t;
+    for (std::size_t g = 0; g < grasps_.size(); ++g) {
+      largest_angle_ = std::max(largest_angle_, system_.loads()[contacts_.size() + g].angle);
+    }
+  }
+  recorder.step(integrator);
+  if (at_rest > last_motion_) last_motion_ = settling(integrator, moving, at_rest);
 }
 
 bool Run::is_over(double t) const {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (system_.phase[i] == ContactPhase::pressing || system_.loads()[i].rate > kNoSpeed * scales_.speed) return false;
   }
-  return grasps_.empty() || t - last_motion_ >= 2 * std::numbers::pi * scales_.longest_grasp_time;
+  return grasps_.empty() || t >= last_motion_ + rest_period_;
 }
 
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
@@ -219,6 +269,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       result_.status = grasps_.empty() ? Status::separated : Status::settled;
       return;
     }
+    integrator.stop_at(next_stop(from));
     const StiffIntegrator::Result made = integrator.step();
     ++result_.steps;
     if (each_step_) each_step_(integrator.time());
@@ -226,24 +277,23 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       result_.message = integrator.message();
       return;
     }
-    recorder.step(integrator, from, integrator.time());
+    observe(integrator, recorder);
     if (made == StiffIntegrator::Result::end) {
       if (integrator.time() >= setup_.longest) {
         result_.status = Status::time_over;
         return;
       }
-      recorder.mark(integrator.time(), integrator.y());
-      begin_piece(integrator);
-      recorder.mark(integrator.time(), integrator.y());
-      limit_step(integrator);
+      if (integrator.time() >= next_break_) {
+        recorder.mark(integrator.time(), integrator.y());
+        begin_piece(integrator);
+        recorder.mark(integrator.time(), integrator.y());
+      }
     }
     if (follow_events(integrator, recorder, made == StiffIntegrator::Result::event)) {
       integrator.restart();
-      if (drive_) integrator.stop_at(std::min(setup_.longest, drive_->next_break(integrator.time())));
       limit_step(integrator);
     }
     system_.load(integrator.time(), integrator.y());
-    note_grasps(integrator.time());
     if (largest_angle_ > 3) {
       result_.message =
           fmt::format("at {:.6g} s: a grasp has turned by {:.3g} rad, springs there know half a turn at most",
@@ -315,7 +365,10 @@ CompliantOutcome Run::outcome() {
   choose_first_phases(start);
   system_.load(0, start);
   grasp_motion_before_ = grasps_.empty() ? 0 : grasp_motion();
-  StiffIntegrator integrator(system_, absolute_tolerances(model_, scales_, setup_.relative_tolerance), setup_.longest);
+  rest_period_ = 2 * std::numbers::pi * scales_.longest_grasp_time;
+  StiffIntegrator integrator(system_, absolute_tolerances(model_, scales_, 1),
+                             absolute_tolerances(model_, scales_, step_tolerance(setup_.relative_tolerance)),
+                             kFirstStep * scales_.shortest_time, setup_.longest);
   integrate(integrator, recorder);
   result_.rhs_evaluations = integrator.evaluations();
   recorder.mark(integrator.time(), integrator.y());
@@ -341,11 +394,10 @@ CompliantRecorder::CompliantRecorder(CompliantSystem& system, int samples, doubl
     : system_(system),
       samples_(samples),
       spacing_(spacing),
-      begin_(measures * system.interfaces()),
-      middle_(begin_),
-      end_(begin_),
-      peaks_(begin_.size()),
-      touching_(system.contact_count()) {}
+      peaks_(static_cast<std::size_t>(measures * system.interfaces())),
+      touching_(system.contact_count()) {
+  for (std::vector<double>& look : looks_) look.resize(peaks_.size());
+}
 
 double CompliantRecorder::measure(std::size_t index) const {
   const InterfaceLoad& load = system_.loads()[index / measures];
@@ -363,29 +415,43 @@ void CompliantRecorder::measure_all(std::vector<double>& values) const {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = measure(i);
 }
 
-void CompliantRecorder::take(double t, long grid) {
-  Sample sample{t, grid, system_.now(), system_.accelerations_now(), {}, {}, {}, {}};
-  for (const InterfaceLoad& load : system_.loads()) {
-    sample.point.push_back(load.point);
-    sample.force.push_back(load.F.linear);
-    sample.moment.push_back(load.F.angular);
-    sample.deformation.push_back(load.deformation);
-  }
+// Most samples go again as the grid becomes coarser: states and forces of the others are found when it is known which.
+void CompliantRecorder::take(double t, long grid, std::span<const double> y) {
+  Sample sample;
+  sample.t = t, sample.grid = grid;
+  sample.y.assign(y.begin(), y.end());
   taken_.push_back(std::move(sample));
 }
 
+void CompliantRecorder::evaluate() {
+  for (; evaluated_ < taken_.size(); ++evaluated_) {
+    Sample& sample = taken_[evaluated_];
+    system_.load(sample.t, sample.y);
+    sample.y = {};
+    sample.state = system_.now(), sample.vdot = system_.accelerations_now();
+    for (const InterfaceLoad& load : system_.loads()) {
+      sample.point.push_back(load.point);
+      sample.force.push_back(load.F.linear);
+      sample.moment.push_back(load.F.angular);
+      sample.deformation.push_back(load.deformation);
+    }
+  }
+}
+
 void CompliantRecorder::mark(double t, std::span<const double> y) {
-  system_.load(t, y);
-  take(t, -1);
-  measure_all(begin_);
-  for (std::size_t i = 0; i < begin_.size(); ++i) {
-    if (begin_[i] > peaks_[i].value) peaks_[i] = {begin_[i], t};
+  take(t, -1, y);
+  evaluate();
+  measure_all(looks_[0]);
+  for (std::size_t i = 0; i < peaks_.size(); ++i) {
+    if (looks_[0][i] > peaks_[i].value) peaks_[i] = {looks_[0][i], t};
   }
 }
 
 // Every second point of the grid goes.
 void CompliantRecorder::thin() {
-  std::erase_if(taken_, [](const Sample& s) { return s.grid > 0 && s.grid % 2 == 1; });
+  const auto goes = [](const Sample& s) { return s.grid > 0 && s.grid % 2 == 1; };
+  evaluated_ -= std::count_if(taken_.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(evaluated_), goes);
+  std::erase_if(taken_, goes);
   on_grid_ = 0;
   for (Sample& s : taken_) {
     if (s.grid > 0) s.grid /= 2, ++on_grid_;
@@ -394,55 +460,52 @@ void CompliantRecorder::thin() {
   next_ = (next_ + 1) / 2;
 }
 
-void CompliantRecorder::step(StiffIntegrator& integrator, double from, double to) {
-  if (!(to > from)) return;
+void CompliantRecorder::look(int stage, double t) {
+  look_time_[stage + 1] = t;
+  measure_all(looks_[stage + 1]);
+}
+
+void CompliantRecorder::step(StiffIntegrator& integrator) {
+  const double from = integrator.step_begin(), to = integrator.time();
   for (std::size_t c = 0; c < touching_.size(); ++c) {
     if (system_.phase[c] == ContactPhase::pressing) touching_[c] += to - from;
   }
   while (spacing_ * static_cast<double>(next_) <= to) {
     const double t = spacing_ * static_cast<double>(next_);
-    system_.load(t, integrator.at(t));
-    take(t, next_);
+    take(t, next_, integrator.at(t));
     ++next_;
     if (++on_grid_ >= 2 * samples_) thin();
   }
-  const double middle = 0.5 * (from + to);
-  system_.load(middle, integrator.at(middle));
-  measure_all(middle_);
-  system_.load(to, integrator.y());
-  measure_all(end_);
-  for (std::size_t i = 0; i < begin_.size(); ++i) {
-    // The parabola through beginning, middle and end says whether a peak lies in between and is worth a search.
-    const double a = begin_[i], b = middle_[i], c = end_[i], bend = a - 2 * b + c, slope = 0.5 * (c - a);
-    if (b > peaks_[i].value) peaks_[i] = {b, middle};
-    if (c > peaks_[i].value) peaks_[i] = {c, to};
-    if (bend < 0 && std::abs(slope) < -1.5 * bend && b - slope * slope / (2 * bend) > peaks_[i].value) {
-      refine(integrator, from, to, i);
+  look_time_[0] = from;
+  constexpr int last = kLooks - 1;
+  for (std::size_t i = 0; i < peaks_.size(); ++i) {
+    for (int k = 1; k <= last; ++k) {
+      if (looks_[k][i] > peaks_[i].value) peaks_[i] = {looks_[k][i], look_time_[k]};
+    }
+    // The parabola through three neighbours says whether a peak lies in between and is worth a search.
+    for (int k = 1; k < last; ++k) {
+      const double a = look_time_[k - 1], b = look_time_[k], c = look_time_[k + 1];
+      const double rise = (looks_[k][i] - looks_[k - 1][i]) / (b - a),
+                   next = (looks_[k + 1][i] - looks_[k][i]) / (c - b);
+      const double bend = (next - rise) / (c - a);
+      if (!(bend < 0)) continue;
+      const double slope = rise + bend * (b - a), place = b - slope / (2 * bend);  // at b; of the vertex
+      if (place < a || place > c || looks_[k][i] - slope * slope / (4 * bend) <= peaks_[i].value) continue;
+      refine(integrator, a, c, i);
     }
   }
-  begin_.swap(end_);
+  looks_[0].swap(looks_[last]);
 }
 
-// Golden section; the value's error is of second order in that of the place.
+// The value's error is of second order in that of the place.
 void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double to, std::size_t index) {
-  const double golden = 0.6180339887498949;
-  const auto value = [&](double t) {
+  const auto negative = [&](double s) {
+    const double t = from + s * (to - from);
     system_.load(t, integrator.at(t));
-    return measure(index);
+    return -measure(index);
   };
-  double a = from, b = to;
-  double x1 = b - golden * (b - a), x2 = a + golden * (b - a);
-  double f1 = value(x1), f2 = value(x2);
-  for (int i = 0; i < 40; ++i) {
-    if (f1 < f2) {
-      a = x1, x1 = x2, f1 = f2, x2 = a + golden * (b - a), f2 = value(x2);
-    } else {
-      b = x2, x2 = x1, f2 = f1, x1 = b - golden * (b - a), f1 = value(x1);
-    }
-  }
-  Peak& peak = peaks_[index];
-  if (f1 > peak.value) peak = {f1, x1};
-  if (f2 > peak.value) peak = {f2, x2};
+  const auto [place, value] = boost::math::tools::brent_find_minima(negative, 0.0, 1.0, kPeakBits);
+  if (-value > peaks_[index].value) peaks_[index] = {-value, from + place * (to - from)};
 }
 
 void CompliantRecorder::finish(CompliantOutcome& outcome) {

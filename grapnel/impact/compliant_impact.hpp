@@ -6,7 +6,7 @@
 ///
 /// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
-/// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
+/// else. Radau's method of order 9 with events at touch and separation; docs/theory.md, section 12.
 /// Springs at joints (JointDescription::spring) and their dampers work meanwhile.
 /// Limitations: motors do nothing meanwhile but what an ImpactDrive says; other joint friction and gravity do nothing;
 /// a contact is a point against a plane; grasps turn by less than half a turn.
@@ -75,8 +75,8 @@ struct CompliantSetup {
   /// Grasps have come to rest when the kinetic energy of their relative motion stays below this fraction of what it was
   /// at the beginning, for a whole period of the slowest spring. (Springs stay stressed where the joined bodies turn.)
   double settled = 1e-8;
-  /// Local error per step, of what a rigid impact would change at most: velocities, impulses, and these times the
-  /// shortest time scale of the springs.
+  /// About the error of velocities, impulses, and of these times the shortest time scale of the springs, of what a
+  /// rigid impact would change at most; forces between steps' ends are less accurate.
   double relative_tolerance = 1e-12;
   int samples = 400;  // of the histories, at least (if the impact lasts that long), up to twice that; and two at events
   long most_steps = 2'000'000;

@@ -12,6 +12,8 @@ namespace {
 
 // Coordinates of order one are known to rounding at best.
 constexpr double kAngleRounding = 2e-15;
+// Of the fastest contact or grasp: what errors at any other are judged by at least.
+constexpr double kLeastShare = 1e-3;
 
 // One interface: relative Jacobian over the velocities that may change, and what a rigid impact would do.
 struct Interface {
@@ -64,6 +66,29 @@ Interface grasp_interface(const CompliantGrasp& g, const Eigen::MatrixXd& W, con
   i.angular_time = turns ? 1 / std::sqrt(g.angular_stiffness * i.angular_mobility) : 0;
   share_speeds(i, turns ? norm(u.angular) : 0, norm(u.linear));
   return i;
+}
+
+// One that hardly moves by itself is moved by what the others pass on, M^-1 being common to all; and what is left is
+// judged by a share of the fastest, since velocities have the rounding of the bodies' own.
+void share_among(std::vector<Interface>& interfaces) {
+  const std::vector<Interface> alone = interfaces;
+  double speed = 0, turn = 0;
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    double induced = 0, induced_turn = 0;
+    for (std::size_t j = 0; j < alone.size(); ++j) {
+      if (i == j) continue;
+      const Eigen::Matrix<double, 6, 6> W = alone[i].half.transpose() * alone[j].half;
+      const double P = alone[j].impulse(), L = alone[j].angular_impulse();
+      induced += W.bottomRightCorner<3, 3>().norm() * P + W.bottomLeftCorner<3, 3>().norm() * L;
+      induced_turn += W.topRightCorner<3, 3>().norm() * P + W.topLeftCorner<3, 3>().norm() * L;
+    }
+    interfaces[i].speed = std::max(interfaces[i].speed, induced);
+    interfaces[i].turn = std::max(interfaces[i].turn, induced_turn);
+    speed = std::max(speed, interfaces[i].speed), turn = std::max(turn, interfaces[i].turn);
+  }
+  for (Interface& i : interfaces) {
+    i.speed = std::max(i.speed, kLeastShare * speed), i.turn = std::max(i.turn, kLeastShare * turn);
+  }
 }
 
 // Of the stacked twists in the grasps' directions, in W: A^T (A W A^T)^+ A.
@@ -163,6 +188,7 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
     scales.longest_grasp_time =
         std::max({scales.longest_grasp_time, interfaces.back().time, interfaces.back().angular_time});
   }
+  share_among(interfaces);
   scales.shortest_time = std::numeric_limits<double>::infinity();
   for (const Interface& i : interfaces) {
     scales.speed = std::max(scales.speed, i.speed);

@@ -94,37 +94,48 @@ class Yielding {
   std::vector<CompliantGrasp> grasps_;
 };
 
-// What joints pass on at a sample.
-std::vector<Wrenchd> wrenches_at(const Model& model, const Yielding& yielding, const CompliantOutcome& outcome,
-                                 std::size_t s) {
+// A sample's poses and twists, and what joints pass on then.
+struct Instant {
+  Kinematics kinematics;
+  std::vector<Wrenchd> through;  // per body, of its joint
+};
+
+std::vector<Instant> instants_of(const Model& model, const Yielding& yielding, const CompliantOutcome& outcome) {
+  std::vector<Instant> instants;
+  instants.reserve(outcome.times.size());
   std::vector<ExternalWrench> external;
-  for (std::size_t i = 0; i < yielding.size(); ++i) {
-    const ForceHistory& h = yielding.history(outcome, i);
-    const Wrenchd F{h.moment[s], h.force[s]};
-    external.push_back({yielding.bodies(i).first, h.point[s], F});
-    external.push_back({yielding.bodies(i).second, h.point[s], -F});
+  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
+    external.clear();
+    for (std::size_t i = 0; i < yielding.size(); ++i) {
+      const ForceHistory& h = yielding.history(outcome, i);
+      const Wrenchd F{h.moment[s], h.force[s]};
+      external.push_back({yielding.bodies(i).first, h.point[s], F});
+      external.push_back({yielding.bodies(i).second, h.point[s], -F});
+    }
+    Kinematics k = forward_kinematics(model, outcome.states[s]);
+    std::vector<Wrenchd> through = joint_wrenches(model, k, outcome.accelerations[s], external);
+    instants.push_back({std::move(k), std::move(through)});
   }
-  return joint_wrenches(model, forward_kinematics(model, outcome.states[s]), outcome.accelerations[s], external);
+  return instants;
 }
 
-// Largest loads of the joints over the samples, and when they are; `through`: per sample.
+// Largest loads of the joints over the samples, and when they are.
 std::vector<JointPeakTimes> describe_peaks(const Model& model, const CompliantOutcome& outcome,
-                                           const std::vector<std::vector<Wrenchd>>& through, ImpactReport& report) {
+                                           std::span<const Instant> instants, ImpactReport& report) {
   std::vector<JointPeakTimes> times(report.joints.size());
-  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
-    const Kinematics k = forward_kinematics(model, outcome.states[s]);
-    const auto raise = [&](double value, double& peak, double& time) {
-      if (value > peak) peak = value, time = outcome.times[s];
-    };
-    for (std::size_t j = 0; j < report.joints.size(); ++j) {
-      JointImpulse& joint = report.joints[j];
-      const int body = model.body_index(joint.body);
-      const JointDescription& description = model.bodies()[body].description.joint;
-      const Vector3d axis = k.X_WB[body].R * description.axis;
-      const Wrenchd& F = through[s][body];
+  for (std::size_t j = 0; j < report.joints.size(); ++j) {
+    JointImpulse& joint = report.joints[j];
+    const int body = model.body_index(joint.body);
+    const JointDescription& description = model.bodies()[body].description.joint;
+    for (std::size_t s = 0; s < instants.size(); ++s) {
+      const auto raise = [&](double value, double& peak, double& time) {
+        if (value > peak) peak = value, time = outcome.times[s];
+      };
+      const Wrenchd& F = instants[s].through[body];
       raise(norm(F.linear), joint.peak_force, times[j].force);
       raise(norm(F.angular), joint.peak_moment, times[j].moment);
       if (!has_one_axis(description.type)) continue;
+      const Vector3d axis = instants[s].kinematics.X_WB[body].R * description.axis;
       const double driving = dot(axis, slides_along_axis(description.type) ? F.linear : F.angular);
       raise(std::abs(driving), joint.peak_driving, times[j].driving);
     }
@@ -137,8 +148,7 @@ Momentumd momentum_about_origin(const Model& model, const State& state) {
 }
 
 std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yielding& yielding,
-                                        const CompliantOutcome& outcome,
-                                        const std::vector<std::vector<Wrenchd>>& through) {
+                                        const CompliantOutcome& outcome, std::span<const Instant> instants) {
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
   Momentumd before = momentum_about_origin(model, task.met);
@@ -149,11 +159,11 @@ std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yieldin
       const ForceHistory& h = yielding.history(outcome, i);
       sample.grasp_wrenches.push_back(Wrenchd{h.moment[s], h.force[s]});
     }
-    const Kinematics k = forward_kinematics(model, sample.state);
+    const auto& [k, through] = instants[s];
     for (const HeldGrasp& held : task.system.grasps) {  // its target hangs on the robot: what reaches it, reversed
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
-      sample.held_wrenches.push_back(-shift(through[s][target], grasp.p_WC - k.X_WB[target].p));
+      sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
     }
     if (fixed) {  // nothing else acts on the whole
       const Momentumd now = momentum_about_origin(model, sample.state);
@@ -234,7 +244,7 @@ GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yieldi
 }
 
 void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-              const std::vector<std::vector<Wrenchd>>& through, CompliantRun& run) {
+              std::span<const Instant> instants, CompliantRun& run) {
   ImpactReport& report = run.report;
   const CaptureSystem& system = task.system;
   report.law = name_of(ImpactSetup::Law::compliant);
@@ -271,7 +281,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   report.compliant = c;
   describe_held(task, outcome, report);
   describe_change(task.problem, system, task.met, outcome.after, external, report);
-  run.joint_peaks = describe_peaks(system.model, outcome, through, report);
+  run.joint_peaks = describe_peaks(system.model, outcome, instants, report);
 }
 
 }  // namespace
@@ -301,11 +311,9 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   run.after = outcome.after;
   run.duration = outcome.duration;
   run.energy_residual = outcome.energy_residual;
-  std::vector<std::vector<Wrenchd>> through;
-  for (std::size_t s = 0; s < outcome.times.size(); ++s)
-    through.push_back(wrenches_at(task.system.model, yielding, outcome, s));
-  run.samples = samples_of(task, yielding, outcome, through);
-  describe(task, yielding, outcome, through, run);
+  const std::vector<Instant> instants = instants_of(task.system.model, yielding, outcome);
+  run.samples = samples_of(task, yielding, outcome, instants);
+  describe(task, yielding, outcome, instants, run);
   if (!task.system.model.has_free_root(task.system.base)) {
     const State& last = run.samples.empty() ? task.met : run.samples.back().state;
     run.from_ground =

@@ -1,0 +1,117 @@
+#pragma once
+
+/// @file
+/// A CompliantSystem over time, one step of Radau's method at a time, with events; and what is recorded meanwhile.
+
+#include "grapnel/impact/compliant_system.hpp"
+#include "grapnel/integrate/radau_iia.hpp"
+
+namespace grapnel {
+
+class StiffIntegrator {
+ public:
+  enum class Result { stepped, event, end, failed };
+
+  /// From y = 0 at t = 0 until `end`. `sizes` of changes and `tolerances` of steps: as RadauIIA takes them.
+  /// `first_step`: here and after every restart [s]. `system` must outlive the integrator.
+  StiffIntegrator(CompliantSystem& system, std::span<const double> sizes, std::span<const double> tolerances,
+                  double first_step, double end);
+  StiffIntegrator(const StiffIntegrator&) = delete;
+  StiffIntegrator& operator=(const StiffIntegrator&) = delete;
+
+  /// One step, or as far as the first event in it: then the step is made again such that it ends there.
+  Result step();
+  double time() const { return radau_.time(); }
+  std::span<const double> y() const { return radau_.y(); }
+  /// Event functions that crossed zero at the last Result::event: not zero.
+  std::span<const int> crossed() const { return crossed_; }
+  /// The solution at a time within the last step.
+  std::span<const double> at(double t);
+  /// The last step's beginning, and its stages: instants in it, the last at its end. load_stage() has `system` load the
+  /// solution there and says when that is.
+  double step_begin() const { return radau_.begin(); }
+  static constexpr int stages() { return RadauIIA::kStages; }
+  double load_stage(int stage);
+  /// Begins anew where it is: phases have changed.
+  void restart();
+  /// The next Result::end is at this time, if that is before the end.
+  void stop_at(double t) { stop_ = std::min(t, end_); }
+  /// No step is longer; 0: no limit. [s]
+  void limit_step(double longest) { radau_.limit_step(longest); }
+
+  long evaluations() const { return radau_.evaluations(); }
+  /// What went wrong, and when.
+  std::string message() const;
+
+ private:
+  bool crosses(std::size_t index, double before, double now) const;
+  double crossing(std::size_t index, double a, double b, double at_a, double at_b);
+  void values(double t, std::span<const double> y, std::vector<double>& g);
+  double value_at(std::size_t index, double t);
+  bool land(double t, std::size_t index);
+
+  CompliantSystem& system_;
+  RadauIIA radau_;
+  double first_step_, end_, stop_;
+  std::vector<double> at_;
+  std::vector<int> crossed_, directions_;
+  std::vector<double> begin_, before_, now_,
+      there_;  // event functions: at the step's beginning, and while it is looked through
+};
+
+// Histories and peaks of a compliant impact, taken from the solution between steps as well.
+
+/// Samples lie on a grid in time that is made coarser as the impact goes on, so that their number stays between
+/// `samples` and twice that, whatever the duration; and at every event, before and after.
+class CompliantRecorder {
+ public:
+  /// `spacing`: of the grid at first [s].
+  CompliantRecorder(CompliantSystem& system, int samples, double spacing);
+
+  /// A sample of its own, and the values from which the next step's peaks are sought; to be called before phases or a
+  /// drive's piece change, too.
+  void mark(double t, std::span<const double> y);
+  /// Takes measures at a stage of the integrator's last step, which the system has just loaded.
+  void look(int stage, double t);
+  /// Peaks and samples of the integrator's last step, when all its stages have been looked at; phases still those of
+  /// the step.
+  void step(StiffIntegrator& integrator);
+  /// Writes times, states and histories; the histories' impulses and losses are the caller's.
+  void finish(CompliantOutcome& outcome);
+
+ private:
+  enum Measure { force, moment, deformation, measures };
+  struct Peak {
+    double value = 0, time = 0;
+  };
+  struct Sample {
+    double t;
+    long grid;              // index on the grid; negative: an event
+    std::vector<double> y;  // until it is evaluated
+    State state;
+    std::vector<double> vdot;
+    std::vector<Vector3d> point, force, moment;
+    std::vector<double> deformation;
+  };
+  double measure(std::size_t index) const;
+  void measure_all(std::vector<double>& values) const;
+  void take(double t, long grid, std::span<const double> y);
+  void evaluate();
+  void thin();
+  void refine(StiffIntegrator& integrator, double from, double to, std::size_t index);
+
+  CompliantSystem& system_;
+  int samples_;
+  double spacing_;
+  long next_ = 1;
+  long on_grid_ = 0;
+  std::vector<Sample> taken_;
+  std::size_t evaluated_ = 0;  // of the samples, the first ones
+  static constexpr int kLooks = StiffIntegrator::stages() + 1;
+  std::array<std::vector<double>, kLooks> looks_;  // per interface and measure: at the step's beginning and stages
+  std::array<double, kLooks> look_time_{};
+  std::vector<Peak> peaks_;
+  std::vector<double> touching_;
+};
+
+}  // namespace grapnel

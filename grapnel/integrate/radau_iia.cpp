@@ -1,0 +1,586 @@
+#include "grapnel/integrate/radau_iia.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+namespace grapnel {
+namespace {
+
+constexpr int kStages = RadauIIA::kStages;
+using Square = Eigen::Matrix<double, kStages, kStages>;
+using Wide = Eigen::Matrix<long double, kStages, kStages>;
+using WideColumn = Eigen::Matrix<long double, kStages, 1>;
+
+constexpr double kIncrement = 1e-7;       // of derivatives by differences, of the numbers' sizes
+constexpr int kMostIterations = 10;       // of Newton's method
+constexpr double kNewtonShare = 1e-3;     // of the tolerances: what the iteration may leave
+constexpr double kRounding = 1e-5;        // of the tolerances: an iteration that stands still below has converged
+constexpr double kSlow = 0.1;             // contraction from which on new derivatives pay
+constexpr double kSameLength = 1e-3;      // steps so alike share their factors
+constexpr double kMostExtrapolation = 4;  // of the last step's polynomial, in its lengths
+constexpr double kMostGrowth = 8, kMostShrinking = 0.1;
+constexpr int kMostAttempts = 120;              // of a step, each shorter than the last
+constexpr double kOrder = 1.0 / (kStages + 1);  // of the estimate, h^6
+
+struct Tableau {
+  std::array<double, kStages> c;  // nodes
+  Square a;
+  double gamma0;                        // real eigenvalue of a
+  std::array<double, kStages> e;        // (12.23)
+  std::array<double, kStages> scale{};  // of the polynomials of basis()
+  // a = V diag(lambda) V^-1: the real eigenvalue and the two of positive imaginary part, their columns v of V and rows
+  // w of V^-1.
+  double lambda_re[3], lambda_im[3];
+  double v_re[3][kStages], v_im[3][kStages], w_re[3][kStages], w_im[3][kStages];
+};
+
+// P_5(x) - P_4(x) of Legendre's polynomials, whose zeros in ]-1, 1[ and 1 are the nodes on [-1, 1].
+long double node_function(long double x) {
+  long double before = 1, now = x;
+  for (int k = 1; k < kStages; ++k) {
+    const long double next = ((2 * k + 1) * x * now - k * before) / (k + 1);
+    before = now, now = next;
+  }
+  return now - before;
+}
+
+std::array<long double, kStages> nodes() {
+  std::array<long double, kStages> c{};
+  int found = 0;
+  constexpr int kCells = 64;
+  for (int i = 0; i < kCells; ++i) {
+    long double a = -1 + 2.0L * i / kCells, b = -1 + 2.0L * (i + 1) / kCells;
+    if (i == kCells - 1) b = 1 - 1e-3L;  // 1 is a node of its own
+    const long double at_a = node_function(a);
+    if ((at_a > 0) == (node_function(b) > 0)) continue;
+    for (int k = 0; k < 80; ++k) {
+      const long double middle = 0.5L * (a + b);
+      ((node_function(middle) > 0) == (at_a > 0) ? a : b) = middle;
+    }
+    c.at(found++) = 0.5L * (1 + 0.5L * (a + b));
+  }
+  c.at(found) = 1;
+  return c;
+}
+
+Tableau make_tableau() {
+  Tableau t;
+  const std::array<long double, kStages> c = nodes();
+  // Collocation: sum_j a_ij c_j^(k-1) = c_i^k / k. The estimate's quadrature b^ has a node at 0, of weight gamma0:
+  // sum_i b^_i c_i^(k-1) + gamma0 [k = 1] = 1 / k, k = 1 ... 5; e = (b^ - b) a^-1, b the last row of a.
+  Wide powers, integrals;
+  for (int i = 0; i < kStages; ++i) {
+    t.c[i] = static_cast<double>(c[i]);
+    long double power = 1;
+    for (int k = 0; k < kStages; ++k) {
+      powers(i, k) = power;
+      power *= c[i];
+      integrals(i, k) = power / (k + 1);
+    }
+  }
+  const Wide inverse_powers = powers.inverse();
+  const Wide a = integrals * inverse_powers;
+  t.a = a.cast<double>();
+  const Eigen::EigenSolver<Square> eigen(t.a);
+  const Eigen::Matrix<std::complex<double>, kStages, kStages> V = eigen.eigenvectors(), W = V.inverse();
+  int pairs = 0;
+  for (int k = 0; k < kStages; ++k) {
+    const std::complex<double> lambda = eigen.eigenvalues()[k];
+    if (lambda.imag() < 0) continue;
+    const int place = lambda.imag() > 0 ? ++pairs : 0;
+    t.lambda_re[place] = lambda.real(), t.lambda_im[place] = lambda.imag();
+    for (int i = 0; i < kStages; ++i) {
+      t.v_re[place][i] = V(i, k).real(), t.v_im[place][i] = V(i, k).imag();
+      t.w_re[place][i] = W(k, i).real(), t.w_im[place][i] = W(k, i).imag();
+    }
+  }
+  t.gamma0 = t.lambda_re[0];
+  WideColumn moments;
+  for (int k = 0; k < kStages; ++k) moments[k] = 1.0L / (k + 1) - (k == 0 ? static_cast<long double>(t.gamma0) : 0.0L);
+  const WideColumn weights = inverse_powers.transpose() * moments;  // b^
+  const WideColumn difference = weights - a.row(kStages - 1).transpose();
+  const WideColumn e = a.transpose().inverse() * difference;
+  for (int i = 0; i < kStages; ++i) {
+    t.e[i] = static_cast<double>(e[i]);
+    long double product = c[i];
+    for (int j = 0; j < kStages; ++j) product *= j == i ? 1 : c[i] - c[j];
+    t.scale[i] = static_cast<double>(1 / product);
+  }
+  return t;
+}
+
+const Tableau& tableau() {
+  static const Tableau t = make_tableau();
+  return t;
+}
+
+// The polynomials that are 1 at node j, 0 at the others and at 0.
+std::array<double, kStages> basis(double s) {
+  const Tableau& T = tableau();
+  std::array<double, kStages> L;
+  for (int j = 0; j < kStages; ++j) {
+    L[j] = s * T.scale[j];
+    for (int i = 0; i < kStages; ++i) L[j] *= i == j ? 1 : s - T.c[i];
+  }
+  return L;
+}
+
+bool finite(std::span<const double> x) {
+  double sum = 0;
+  for (double each : x) sum += 0 * each;
+  return sum == 0;
+}
+
+// y += factor M x, M by columns.
+void add_product(double factor, const std::vector<double>& M, std::span<const double> x, double* y, int rows) {
+  const double* column = M.data();
+  for (const double each : x) {
+    const double scaled = factor * each;
+    for (int i = 0; i < rows; ++i) y[i] += scaled * column[i];
+    column += rows;
+  }
+}
+
+}  // namespace
+
+RadauIIA::RadauIIA(StiffSystem system, std::span<const double> start, std::span<const double> sizes,
+                   std::span<const double> tolerances)
+    : system_(std::move(system)),
+      sizes_(sizes.begin(), sizes.end()),
+      tolerances_(tolerances.begin(), tolerances.end()),
+      y_(start.begin(), start.end()),
+      y_begin_(y_) {
+  const std::size_t n = system_.size(), x = system_.positions, w = system_.rates;
+  sizes_.resize(x + w), tolerances_.resize(x + w);
+  slope_.resize(n), moved_slope_.resize(n), sum_.resize(n), moved_.resize(n);
+  for (std::vector<double>* each : {&Z_, &F_, &R_, &last_Z_, &scratch_}) each->assign(kStages * n, 0.0);
+  X_w_.resize(x * w), W_w_.resize(w * w), W_x_.resize(w * x), curvature_.resize(w * w);
+  for (Factors& f : factors_) f.re.resize(w * w), f.im.resize(w * w), f.pivot.resize(w);
+  re_.resize(w), im_.resize(w);
+}
+
+bool RadauIIA::evaluate(double t, std::span<const double> y, std::span<double> dydt) {
+  ++evaluations_;
+  system_.derivative(t, y, dydt);
+  return finite(dydt);
+}
+
+bool RadauIIA::fail(const char* why) {
+  message_ = why;
+  return false;
+}
+
+// One-sided differences; X depends on x slowly, which the iteration sees to.
+void RadauIIA::difference() {
+  ++jacobians_;
+  const int x = system_.positions, w = system_.rates;
+  for (int j = 0; j < x + w; ++j) {
+    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
+    moved_[j] += kIncrement * sizes_[j];
+    const double by = 1 / (moved_[j] - y_begin_[j]);
+    evaluate(begin_, moved_, sum_);
+    if (j >= x) {
+      for (int i = 0; i < x; ++i) X_w_[(j - x) * x + i] = by * (sum_[i] - slope_[i]);
+    }
+    double* const column = j < x ? &W_x_[static_cast<std::size_t>(j) * w] : &W_w_[static_cast<std::size_t>(j - x) * w];
+    for (int i = 0; i < w; ++i) column[i] = by * (sum_[x + i] - slope_[x + i]);
+  }
+  std::fill(curvature_.begin(), curvature_.end(), 0.0);
+  for (int j = 0; j < w; ++j) {
+    add_product(1, W_x_, std::span(X_w_).subspan(static_cast<std::size_t>(j) * x, x),
+                &curvature_[static_cast<std::size_t>(j) * w], w);
+  }
+  derivatives_known_ = derivatives_fresh_ = true;
+  factors_known_ = false;
+}
+
+namespace {
+
+// In place, by columns, with row exchanges; false: singular or not finite. Without imaginary parts `im` is not touched.
+template <bool complex>
+bool decompose(int n, double* re, double* im, int* pivot) {
+  for (int k = 0; k < n; ++k) {
+    double* const re_k = re + static_cast<std::ptrdiff_t>(k) * n;
+    double* const im_k = im + static_cast<std::ptrdiff_t>(k) * n;
+    int best = k;
+    double largest = -1;
+    for (int i = k; i < n; ++i) {
+      const double size = complex ? re_k[i] * re_k[i] + im_k[i] * im_k[i] : std::abs(re_k[i]);
+      if (size > largest) largest = size, best = i;
+    }
+    pivot[k] = best;
+    if (!(largest > 0) || !std::isfinite(largest)) return false;
+    if (best != k) {
+      for (int j = 0; j < n; ++j) {
+        std::swap(re[j * n + k], re[j * n + best]);
+        if (complex) std::swap(im[j * n + k], im[j * n + best]);
+      }
+    }
+    if constexpr (complex) {
+      const double by_re = re_k[k] / largest, by_im = -im_k[k] / largest;
+      for (int i = k + 1; i < n; ++i) {
+        const double r = re_k[i] * by_re - im_k[i] * by_im;
+        im_k[i] = re_k[i] * by_im + im_k[i] * by_re;
+        re_k[i] = r;
+      }
+      re_k[k] = by_re, im_k[k] = by_im;  // the pivot's inverse
+    } else {
+      const double by = 1 / re_k[k];
+      for (int i = k + 1; i < n; ++i) re_k[i] *= by;
+      re_k[k] = by;
+    }
+    for (int j = k + 1; j < n; ++j) {
+      double* const re_j = re + static_cast<std::ptrdiff_t>(j) * n;
+      double* const im_j = im + static_cast<std::ptrdiff_t>(j) * n;
+      const double r = re_j[k];
+      if constexpr (complex) {
+        const double m = im_j[k];
+        for (int i = k + 1; i < n; ++i) {
+          re_j[i] -= re_k[i] * r - im_k[i] * m;
+          im_j[i] -= re_k[i] * m + im_k[i] * r;
+        }
+      } else {
+        for (int i = k + 1; i < n; ++i) re_j[i] -= re_k[i] * r;
+      }
+    }
+  }
+  return true;
+}
+
+template <bool complex>
+void solve(int n, const double* re, const double* im, const int* pivot, double* x, double* y) {
+  for (int k = 0; k < n; ++k) {
+    std::swap(x[k], x[pivot[k]]);
+    if constexpr (complex) std::swap(y[k], y[pivot[k]]);
+  }
+  for (int k = 0; k < n; ++k) {
+    const double *re_k = re + static_cast<std::ptrdiff_t>(k) * n, *im_k = im + static_cast<std::ptrdiff_t>(k) * n;
+    const double r = x[k];
+    if constexpr (complex) {
+      const double m = y[k];
+      for (int i = k + 1; i < n; ++i) x[i] -= re_k[i] * r - im_k[i] * m, y[i] -= re_k[i] * m + im_k[i] * r;
+    } else {
+      for (int i = k + 1; i < n; ++i) x[i] -= re_k[i] * r;
+    }
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    const double *re_k = re + static_cast<std::ptrdiff_t>(k) * n, *im_k = im + static_cast<std::ptrdiff_t>(k) * n;
+    if constexpr (complex) {
+      const double r = x[k] * re_k[k] - y[k] * im_k[k], m = x[k] * im_k[k] + y[k] * re_k[k];
+      x[k] = r, y[k] = m;
+      for (int i = 0; i < k; ++i) x[i] -= re_k[i] * r - im_k[i] * m, y[i] -= re_k[i] * m + im_k[i] * r;
+    } else {
+      const double r = x[k] *= re_k[k];
+      for (int i = 0; i < k; ++i) x[i] -= re_k[i] * r;
+    }
+  }
+}
+
+}  // namespace
+
+// (12.22): 1 - mu W_w - mu^2 W_x X_w for mu = h lambda.
+bool RadauIIA::factorize(double h) {
+  ++factorizations_;
+  const int w = system_.rates;
+  factors_known_ = false;
+  for (int k = 0; k < 3; ++k) {
+    Factors& f = factors_[k];
+    const double re = h * tableau().lambda_re[k], im = h * tableau().lambda_im[k];
+    const double re2 = re * re - im * im, im2 = 2 * re * im;
+    for (int i = 0; i < w * w; ++i) f.re[i] = -re * W_w_[i] - re2 * curvature_[i];
+    for (int i = 0; i < w; ++i) f.re[i * w + i] += 1;
+    if (k > 0) {
+      for (int i = 0; i < w * w; ++i) f.im[i] = -im * W_w_[i] - im2 * curvature_[i];
+    }
+    const bool regular = k == 0 ? decompose<false>(w, f.re.data(), f.im.data(), f.pivot.data())
+                                : decompose<true>(w, f.re.data(), f.im.data(), f.pivot.data());
+    if (!regular) return false;
+  }
+  factored_for_ = h;
+  factors_known_ = true;
+  return true;
+}
+
+// The last step's polynomial, continued; `from`: where on it, in its lengths, the step begins.
+void RadauIIA::predict(double h, double from) {
+  const double ratio = length_ > 0 ? h / length_ : 0;
+  if (!(ratio > 0 && ratio <= kMostExtrapolation)) {
+    std::fill(Z_.begin(), Z_.end(), 0.0);
+    return;
+  }
+  const int n = system_.coupled();
+  const std::array<double, kStages> at_begin = basis(from);
+  for (int i = 0; i < kStages; ++i) {
+    std::array<double, kStages> L = basis(from + tableau().c[i] * ratio);
+    double* const z = stage(Z_, i);
+    std::fill_n(z, n, 0.0);
+    for (int j = 0; j < kStages; ++j) {
+      const double share = L[j] - at_begin[j];
+      const double* const last = stage(last_Z_, j);
+      for (int k = 0; k < n; ++k) z[k] += share * last[k];
+    }
+  }
+}
+
+double RadauIIA::weighted(std::span<const double> x) const {
+  double largest = 0, sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sum += 0 * x[i];
+    largest = std::max(largest, std::abs(x[i]) / tolerances_[i]);
+  }
+  return sum == 0 ? largest : std::numeric_limits<double>::infinity();
+}
+
+// R becomes the correction of Z.
+void RadauIIA::correct(double h) {
+  const Tableau& T = tableau();
+  const int x = system_.positions, w = system_.rates;
+  for (int i = 0; i < kStages; ++i) {  // the right side of (12.21)
+    double* const s = stage(scratch_, i);
+    std::fill_n(s, x, 0.0);
+    for (int j = 0; j < kStages; ++j) {
+      const double* const r = stage(R_, j);
+      for (int k = 0; k < x; ++k) s[k] += T.a(i, j) * r[k];
+    }
+    add_product(h, W_x_, {s, static_cast<std::size_t>(x)}, stage(R_, i) + x, w);
+  }
+  for (int i = 0; i < kStages; ++i) std::fill_n(stage(scratch_, i) + x, w, 0.0);
+  for (int f = 0; f < 3; ++f) {  // (12.22)
+    std::fill(re_.begin(), re_.end(), 0.0), std::fill(im_.begin(), im_.end(), 0.0);
+    for (int i = 0; i < kStages; ++i) {
+      const double* const r = stage(R_, i) + x;
+      for (int k = 0; k < w; ++k) re_[k] += T.w_re[f][i] * r[k];
+      for (int k = 0; f > 0 && k < w; ++k) im_[k] += T.w_im[f][i] * r[k];
+    }
+    const Factors& m = factors_[f];
+    if (f == 0) {
+      solve<false>(w, m.re.data(), m.im.data(), m.pivot.data(), re_.data(), im_.data());
+    } else {
+      solve<true>(w, m.re.data(), m.im.data(), m.pivot.data(), re_.data(), im_.data());
+    }
+    const double twice = f == 0 ? 1 : 2;
+    for (int i = 0; i < kStages; ++i) {
+      double* const d = stage(scratch_, i) + x;
+      const double re = twice * T.v_re[f][i], im = f == 0 ? 0 : twice * T.v_im[f][i];
+      for (int k = 0; k < w; ++k) d[k] += re * re_[k] - im * im_[k];
+    }
+  }
+  for (int i = 0; i < kStages; ++i) {  // (12.20)
+    std::fill(sum_.begin(), sum_.begin() + w, 0.0);
+    for (int j = 0; j < kStages; ++j) {
+      const double* const d = stage(scratch_, j) + x;
+      for (int k = 0; k < w; ++k) sum_[k] += T.a(i, j) * d[k];
+    }
+    double* const r = stage(R_, i);
+    add_product(h, X_w_, {sum_.data(), static_cast<std::size_t>(w)}, r, x);
+    std::copy_n(stage(scratch_, i) + x, w, r + x);
+  }
+}
+
+bool RadauIIA::evaluate_stages(double h) {
+  const std::size_t n = system_.size();
+  for (int i = 0; i < kStages; ++i) {
+    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
+    const double* const z = stage(Z_, i);
+    for (int k = 0; k < system_.coupled(); ++k) moved_[k] += z[k];
+    if (!evaluate(begin_ + tableau().c[i] * h, moved_, {stage(F_, i), n})) return false;
+  }
+  return true;
+}
+
+RadauIIA::Newton RadauIIA::solve_stages(double h) {
+  const Tableau& T = tableau();
+  const int n = system_.coupled();
+  double before = 0, ratio_before = 0, theta = 0;
+  double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // of what is left over the last correction
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    ++iterations_;
+    if (!evaluate_stages(h)) return Newton::failed;
+    for (int i = 0; i < kStages; ++i) {  // (12.19)
+      double* const r = stage(R_, i);
+      const double* const z = stage(Z_, i);
+      for (int k = 0; k < n; ++k) r[k] = -z[k];
+      for (int j = 0; j < kStages; ++j) {
+        const double by = h * T.a(i, j);
+        const double* const f = stage(F_, j);
+        for (int k = 0; k < n; ++k) r[k] += by * f[k];
+      }
+    }
+    correct(h);
+    double size = 0;
+    for (int i = 0; i < kStages; ++i) {
+      double* const z = stage(Z_, i);
+      const double* const r = stage(R_, i);
+      for (int k = 0; k < n; ++k) z[k] += r[k];
+      size = std::max(size, weighted({r, static_cast<std::size_t>(n)}));
+    }
+    if (!std::isfinite(size)) return Newton::failed;
+    iterations_now_ = iteration + 1;
+    last_correction_ = size;
+    if (iteration > 0) {
+      const double ratio = size / before;
+      theta = iteration == 1 ? ratio : std::sqrt(ratio * ratio_before);
+      ratio_before = ratio;
+      if (!(theta < 0.99)) return size < kRounding ? Newton::converged : Newton::failed;
+      factor = theta / (1 - theta);
+      slow_ = theta > kSlow;
+    }
+    contraction_ = factor;
+    if (factor * size <= kNewtonShare || size == 0) return Newton::converged;
+    if (iteration > 0 && factor * size * std::pow(theta, kMostIterations - 1 - iteration) > kNewtonShare)
+      return Newton::failed;  // it would take too many
+    before = size;
+  }
+  return Newton::failed;
+}
+
+// Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
+// much larger than what is left after it.
+void RadauIIA::add_quadratures(double h) {
+  if (system_.quadratures == 0 || (last_correction_ > kNewtonShare && !evaluate_stages(h))) return;
+  for (int i = 0; i < kStages; ++i) {
+    double* const z = stage(Z_, i);
+    for (int k = system_.coupled(); k < system_.size(); ++k) {
+      z[k] = 0;
+      for (int j = 0; j < kStages; ++j) z[k] += h * tableau().a(i, j) * stage(F_, j)[k];
+    }
+  }
+}
+
+// (12.23), over the tolerances; `slope`: derivative at the beginning, or near it.
+double RadauIIA::error_of(double h, std::span<const double> slope) {
+  const Tableau& T = tableau();
+  const int x = system_.positions, w = system_.rates, n = x + w;
+  const double mu = h * T.gamma0;
+  for (int k = 0; k < n; ++k) sum_[k] = mu * slope[k];
+  for (int i = 0; i < kStages; ++i) {
+    const double* const z = stage(Z_, i);
+    for (int k = 0; k < n; ++k) sum_[k] += T.e[i] * z[k];
+  }
+  add_product(mu, W_x_, {sum_.data(), static_cast<std::size_t>(x)}, sum_.data() + x, w);
+  const Factors& f = factors_[0];
+  solve<false>(w, f.re.data(), f.im.data(), f.pivot.data(), sum_.data() + x, nullptr);
+  add_product(mu, X_w_, {sum_.data() + x, static_cast<std::size_t>(w)}, sum_.data(), x);
+  return weighted({sum_.data(), static_cast<std::size_t>(n)});
+}
+
+// The step of the stages Z is made.
+void RadauIIA::finish(double h, double t_end) {
+  const double* const last = stage(Z_, kStages - 1);
+  for (int k = 0; k < system_.size(); ++k) y_[k] = y_begin_[k] + last[k];
+  Z_.swap(last_Z_);
+  t_ = t_end, length_ = h;
+  derivatives_fresh_ = false;
+}
+
+void RadauIIA::restart(double first_step) {
+  proposed_ = first_step;
+  derivatives_known_ = false;
+  last_error_ = 0;
+  contraction_ = 1;
+}
+
+bool RadauIIA::step(double limit) {
+  std::copy(y_.begin(), y_.end(), y_begin_.begin());
+  begin_ = t_;
+  if (!evaluate(begin_, y_begin_, slope_)) return fail("the right side is not finite");
+  bool rejected = false;
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    double h = longest_ > 0 ? std::min(proposed_, longest_) : proposed_, t_end = begin_ + h;
+    const double left = limit - begin_;
+    const bool cut = h > 0.5 * left;
+    if (h >= left * (1 - 1e-9)) {
+      h = left, t_end = limit;
+    } else if (cut) {  // two of the same length, no sliver at the end
+      h = 0.5 * left, t_end = begin_ + h;
+    }
+    if (!(begin_ + h > begin_)) break;
+    if (!derivatives_known_) difference();
+    if (!factors_known_ || std::abs(h - factored_for_) > kSameLength * h) {
+      if (!factorize(h)) {
+        proposed_ = 0.5 * h;
+        continue;
+      }
+    }
+    predict(h, 1);
+    if (solve_stages(h) != Newton::converged) {
+      rejected = true;
+      contraction_ = 1;
+      if (derivatives_fresh_) proposed_ = 0.5 * h;
+      derivatives_known_ = derivatives_fresh_;
+      continue;
+    }
+    double error = error_of(h, slope_);
+    if (error >= 1) {  // once more, which takes out what is stiff
+      for (int k = 0; k < system_.coupled(); ++k) moved_[k] = y_begin_[k] + sum_[k];
+      std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
+      if (evaluate(begin_, moved_, moved_slope_)) error = error_of(h, moved_slope_);
+    }
+    const double safety = 0.9 * (2 * kMostIterations + 1) / (2 * kMostIterations + iterations_now_);
+    const double small = std::max(error, 1e-12);
+    double growth = safety * std::pow(small, -kOrder);
+    if (!(error < 1)) {
+      rejected = true;
+      proposed_ = h * std::clamp(growth, kMostShrinking, 0.9);
+      continue;
+    }
+    if (last_error_ > 0)  // [Gustafsson 1994]: as errors changed from the last step to this one
+      growth = std::min(growth, safety * h / last_length_ * std::pow(last_error_ / (small * small), kOrder));
+    growth = std::clamp(growth, kMostShrinking, rejected ? 1.0 : kMostGrowth);
+    last_error_ = std::max(small, 1e-2), last_length_ = h;
+    if (slow_) derivatives_known_ = false;
+    if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // the factors serve again
+    proposed_ = cut && !rejected ? std::max(proposed_, growth * h) : growth * h;
+    add_quadratures(h);
+    finish(h, t_end);
+    return true;
+  }
+  message_ = fmt::format("no step succeeds, down to one of {:.3g} s", proposed_);
+  return false;
+}
+
+bool RadauIIA::end_at(double t) {
+  const double h = t - begin_;
+  if (!(t > begin_)) {
+    std::copy(y_begin_.begin(), y_begin_.end(), y_.begin());
+    std::fill(last_Z_.begin(), last_Z_.end(), 0.0);
+    t_ = begin_, length_ = 0;
+    return true;
+  }
+  if (!factorize(h)) return fail("the step to an event cannot be solved");
+  predict(h, 0);
+  contraction_ = 1;
+  if (solve_stages(h) != Newton::converged) return fail("the step to an event cannot be solved");
+  add_quadratures(h);
+  finish(h, t);
+  return true;
+}
+
+void RadauIIA::at(double t, std::span<double> y) const {
+  if (t == t_ || !(length_ > 0)) {
+    std::copy(y_.begin(), y_.end(), y.begin());
+    return;
+  }
+  std::copy(y_begin_.begin(), y_begin_.end(), y.begin());
+  const std::array<double, kStages> L = basis((t - begin_) / length_);
+  for (int i = 0; i < kStages; ++i) {
+    const double* const z = stage(last_Z_, i);
+    for (int k = 0; k < system_.size(); ++k) y[k] += L[i] * z[k];
+  }
+}
+
+double RadauIIA::time_of_stage(int i) const { return begin_ + tableau().c[i] * length_; }
+
+void RadauIIA::at_stage(int i, std::span<double> y) const {
+  const double* const z = stage(last_Z_, i);
+  for (int k = 0; k < system_.size(); ++k) y[k] = y_begin_[k] + z[k];
+}
+
+}  // namespace grapnel

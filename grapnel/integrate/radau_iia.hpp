@@ -1,0 +1,116 @@
+#pragma once
+
+/// @file
+/// Radau IIA with five stages: an implicit method of order 9 for stiff mechanical systems, with error control and
+/// dense output.
+///
+/// [Hairer and Wanner 1996], sections IV.5 and IV.8. Stages are those of collocation at the five Radau points c_i, of
+/// which the last is 1:
+///
+///   Z_i = h sum_j a_ij f(t + c_j h, y + Z_j),     y(t + h) = y + Z_5.                                        (12.18)
+///
+/// The simplified Newton iteration uses how mechanical systems are made: positions x change by rates w, x' = X(x, w),
+/// w' = W(x, w), and X depends on x by turning alone, which is slow, so that dX/dx is left to the iteration. What is
+/// factorized is then of the rates' size, once for the real eigenvalue of (a_ij) and once for each of its two complex
+/// pairs. Numbers that nothing depends on (quadratures) are summed from the stages. docs/theory.md, (12.18) to (12.23).
+/// @warning Not thread-safe: an integrator belongs to one thread.
+
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace grapnel {
+
+/// The numbers y in order: positions, rates, quadratures.
+struct StiffSystem {
+  int positions = 0, rates = 0, quadratures = 0;
+  /// y'(t, y), all numbers. Never throws; a result that is not finite makes the step shorter.
+  std::function<void(double t, std::span<const double> y, std::span<double> dydt)> derivative;
+
+  int coupled() const { return positions + rates; }
+  int size() const { return coupled() + quadratures; }
+};
+
+class RadauIIA {
+ public:
+  static constexpr int kStages = 5;
+
+  /// From y = `start` at t = 0. `sizes`: how large changes of the coupled numbers are, by which derivatives are
+  /// differenced, none zero. `tolerances`: of the estimated error of a step, of order h^6, per coupled number; the
+  /// largest quotient counts. The error of the step's end is of order h^10 where h is small against what is stiff, and
+  /// well below.
+  RadauIIA(StiffSystem system, std::span<const double> start, std::span<const double> sizes,
+           std::span<const double> tolerances);
+
+  /// Begins anew where it is, with a step of this length: the derivative has changed.
+  void restart(double first_step);
+  /// One step, not beyond `limit` > time(). False: no step was possible, message() says why.
+  bool step(double limit);
+  /// The last step again, such that it ends at `t`, which is not before its beginning; its error is not estimated.
+  /// False: it could not be solved.
+  bool end_at(double t);
+  /// No step is longer; 0: no limit.
+  void limit_step(double longest) { longest_ = longest; }
+
+  double time() const { return t_; }
+  double begin() const { return begin_; }  // of the last step
+  std::span<const double> y() const { return y_; }
+  std::span<const double> y_at_begin() const { return y_begin_; }
+  /// At a time within the last step: the collocation's polynomial, of order 6.
+  void at(double t, std::span<double> y) const;
+  /// The solution at stage `i` of the last step, and its time.
+  void at_stage(int i, std::span<double> y) const;
+  double time_of_stage(int i) const;
+
+  long evaluations() const { return evaluations_; }
+  long derivatives() const { return jacobians_; }
+  long factorizations() const { return factorizations_; }
+  long iterations() const { return iterations_; }
+  std::string message() const { return message_; }
+
+ private:
+  // L U of a matrix, complex as real and imaginary parts, by columns.
+  struct Factors {
+    std::vector<double> re, im;
+    std::vector<int> pivot;
+  };
+  enum class Newton { converged, failed };
+
+  double* stage(std::vector<double>& of, int i) { return &of[static_cast<std::size_t>(i) * system_.size()]; }
+  const double* stage(const std::vector<double>& of, int i) const {
+    return &of[static_cast<std::size_t>(i) * system_.size()];
+  }
+  bool evaluate(double t, std::span<const double> y, std::span<double> dydt);
+  void difference();
+  bool factorize(double h);
+  void predict(double h, double from);
+  bool evaluate_stages(double h);
+  Newton solve_stages(double h);
+  void correct(double h);
+  void add_quadratures(double h);
+  void finish(double h, double t_end);
+  double error_of(double h, std::span<const double> slope);
+  double weighted(std::span<const double> x) const;
+  bool fail(const char* why);
+
+  StiffSystem system_;
+  std::vector<double> sizes_, tolerances_;
+  double t_ = 0, begin_ = 0, length_ = 0;  // length_: of the step that the polynomial is of; 0: none
+  double proposed_ = 0, longest_ = 0;
+  double contraction_ = 1, last_error_ = 0, last_length_ = 0;
+  bool derivatives_known_ = false, derivatives_fresh_ = false, factors_known_ = false, slow_ = false;
+  int iterations_now_ = 0;
+  double last_correction_ = 0;  // over the tolerances
+  double factored_for_ = 0;
+  std::vector<double> y_, y_begin_, slope_, moved_slope_, sum_, moved_;
+  std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
+  std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
+  std::array<Factors, 3> factors_;
+  std::vector<double> re_, im_;  // of right sides, per factor
+  long evaluations_ = 0, jacobians_ = 0, factorizations_ = 0, iterations_ = 0;
+  std::string message_;
+};
+
+}  // namespace grapnel
