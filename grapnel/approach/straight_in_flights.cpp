@@ -77,18 +77,27 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   in.surroundings = around;
   const ApproachPlan before = plan_;
   const SegmentStart start = segment_to(in.begin);
-  double last = std::numeric_limits<double>::infinity();
-  for (int i = 0;; ++i) {
+  constexpr int kPatience = 2;  // corrections without gain; they need not come nearer every time
+  struct Best {
+    double largest = std::numeric_limits<double>::infinity();
+    ApproachPlan plan;
+    std::vector<double> position, rate;
+  } best;
+  for (int i = 0, stuck = 0;; ++i) {
     advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
     take_straight_in(in, plan_straight_in(base_, in));
     around = std::make_shared<StraightInSurroundings>(*around);
     const double largest = fly_over(in, *around);
-    if (largest <= kArrivedInFlight || i == kMost || !(largest < 0.9 * last)) {
+    stuck = largest < 0.9 * best.largest ? 0 : stuck + 1;
+    if (largest < best.largest) best = {largest, plan_, position_, rate_};
+    if (largest <= kArrivedInFlight || i == kMost || stuck > kPatience) {
+      const long spent = plan_.report.rhs_evaluations;
+      plan_ = std::move(best.plan), position_ = std::move(best.position), rate_ = std::move(best.rate);
+      plan_.report.rhs_evaluations = spent;
       constexpr double kWorthSaying = 1e-7;  // [m]
-      if (largest > kWorthSaying) warn_of_flown_miss(largest);
+      if (best.largest > kWorthSaying) warn_of_flown_miss(best.largest);
       return;
     }
-    last = largest;
     in.surroundings = around;
     const long evaluations = plan_.report.rhs_evaluations;
     plan_ = before;

@@ -79,12 +79,14 @@ void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& 
   const ReachSolution s = plan_stand_off(in, guess).solution;
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
+  in.rate_begin = s.rate;  // to the last digit: rates must not jump where the pieces meet
   take_straight_in(in, plan_straight_in(base_, in));
 }
 
 ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, const ReachProblem& reach,
                                                          ReachSolution solution) {
   in.position = solution.position, in.X_WB = solution.X_WB;
+  in.rate_begin = solution.rate;
   StandOff result{std::move(solution), keep_straight_in(base_, in, reach)};
   plan_.report.rhs_evaluations += result.piece.rhs_evaluations;
   return result;
@@ -107,7 +109,10 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(const StraightInProbl
       ++tried;
       if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
     }
-    if (best.piece.kept || i == kElsewhere) break;
+    // Far from it after so many, it is taken for impossible.
+    constexpr int kEnough = 2;
+    constexpr double kFar = 0.1;
+    if (best.piece.kept || i == kElsewhere || (i >= kEnough && best.piece.violation > kFar)) break;
     // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
@@ -122,7 +127,8 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(const StraightInProbl
     ++tried;
     if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
   }
-  if (!best.piece.kept) refuse_straight_in(in, reach, best, tried);
+  // One that keeps its limits, but passes a singularity, is better than none: it comes with a warning.
+  if (!best.piece.kept && !best.piece.trouble.empty()) refuse_straight_in(in, reach, best, tried);
   if (tried > 1) take_objective(reach, best.solution);
   best.solution.way = both(best.solution.way.value_or(WayFigures{}), best.piece.figures);
   return best;
@@ -146,12 +152,21 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(const S
                                                                          const ReachProblem& reach,
                                                                          const std::vector<double>& guess, int starts) {
   ReachProblem near = reach;
-  near.guess = guess, near.starts = starts;
-  near.objective = Objective(Objective::Kind::nearest, reach.start, guess, reach.lower, reach.upper);
-  ReachSolution solution = plan_reach(base_, near);
-  plan_.report.rhs_evaluations += solution.rhs_evaluations;
-  if (!solution.found || solution.approximate) return std::nullopt;
-  return try_stand_off(in, reach, std::move(solution));
+  near.starts = starts;
+  const auto plan = [&](const std::vector<double>& from) -> std::optional<StandOff> {
+    near.guess = from;
+    near.objective = Objective(Objective::Kind::nearest, reach.start, from, reach.lower, reach.upper);
+    ReachSolution solution = plan_reach(base_, near);
+    plan_.report.rhs_evaluations += solution.rhs_evaluations;
+    if (!solution.found || solution.approximate) return std::nullopt;
+    return try_stand_off(in, reach, std::move(solution));
+  };
+  // The way there costs most: it is planned where the piece that follows is kept.
+  near.way = {};
+  const std::optional<StandOff> bare = plan(guess);
+  if (!bare || !bare->piece.trouble.empty()) return bare;
+  near.way = reach.way;
+  return plan(bare->solution.position);
 }
 
 void ApproachPlanner::take_objective(const ReachProblem& reach, ReachSolution& solution) {

@@ -63,7 +63,11 @@ PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion moti
       motion_(motion),
       spline_(start_.knots),
       theta_(base.joints()),
-      g_(base.joints()) {}
+      g_(base.joints()) {
+  // A spline's third derivatives jump at its knots: none lies inside of a panel.
+  for (int& panels : panels_) panels = spline_.knots() + 1;
+  least_panels_ = spline_.knots() + 1;
+}
 
 JointPath PathSegment::path(int j, double position, double rate) const {
   return {start_.profile, start_.end - start_.begin, start_.position[j], position, start_.rate[j], rate};
@@ -247,8 +251,9 @@ void PathSegment::add_sensitivities(const Quaterniond& q, const PlacedLinks& at_
 
 void PathSegment::keep_way(int least_panels) {
   keeps_way_ = true;
-  least_panels_ = least_panels;
-  for (int& panels : panels_) panels = std::max(panels, least_panels);
+  const int parts = spline_.knots() + 1;
+  least_panels_ = (std::max(least_panels, 1) + parts - 1) / parts * parts;
+  for (int& panels : panels_) panels = std::max(panels, least_panels_);
 }
 
 PathSegment::WayPoint PathSegment::way_point(int index) const {

@@ -145,10 +145,10 @@ class PathSegment {
   FreeMotion motion_;
   JointSpline spline_;
   bool keeps_way_ = false;
-  int least_panels_ = 1;
+  int least_panels_;  // a multiple of the spline's pieces, as are all numbers of panels
   std::vector<double> position_, rate_, coefficients_;  // of the last flight
   std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
-  int panels_[2] = {1, 1};                              // to begin with, per SegmentAccuracy
+  int panels_[2];                                       // to begin with, per SegmentAccuracy
   int laid_ = 0;                                        // panels of nodes_
   std::vector<Node> nodes_;
   std::vector<double> theta_;

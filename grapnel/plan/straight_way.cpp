@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlopt.hpp>
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/shooting.hpp"
@@ -210,6 +209,54 @@ PathSegment::WayPoint way_point(double time, const std::vector<double>& position
   return w;
 }
 
+// The x nearest to c with A x <= b: c - A^T l, where l >= 0 makes l^T A A^T l / 2 - l^T (A c - b) least, by active sets
+// [Lawson and Hanson 1974, chapter 23]. A little on the diagonal stands for rows that depend on each other, and makes a
+// compromise where none can be met together.
+Eigen::VectorXd nearest_below(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c) {
+  constexpr double kDiagonal = 1e-9;  // of the mean
+  constexpr double kMet = 1e-10;
+  const Eigen::Index count = A.rows();
+  if (count == 0) return c;
+  Eigen::MatrixXd G = A * A.transpose();
+  G.diagonal().array() += kDiagonal * G.trace() / static_cast<double>(count) + 1e-30;
+  const Eigen::VectorXd r = A * c - b;
+  Eigen::VectorXd l = Eigen::VectorXd::Zero(count);
+  std::vector<Eigen::Index> active;
+  for (Eigen::Index round = 0; round < 3 * count; ++round) {
+    Eigen::VectorXd left = r - G * l;
+    for (const Eigen::Index i : active) left[i] = 0;
+    Eigen::Index most = 0;
+    if (!(left.maxCoeff(&most) > kMet)) break;
+    active.push_back(most);
+    while (!active.empty()) {
+      const Eigen::VectorXd next = cholesky_solution(Cholesky(G(active, active)), Eigen::VectorXd(r(active)));
+      if (next.minCoeff() > 0) {
+        l.setZero();
+        l(active) = next;
+        break;
+      }
+      // As far as all stay positive, and without those that do not.
+      double share = 1;
+      for (std::size_t i = 0; i < active.size(); ++i) {
+        const double now = l[active[i]], then = next[static_cast<Eigen::Index>(i)];
+        if (then <= 0) share = std::min(share, now / (now - then));
+      }
+      const Eigen::VectorXd now = l(active);
+      l(active) = now + share * (next - now);
+      const double smallest = 1e-14 * l.maxCoeff();
+      std::vector<Eigen::Index> rest;
+      for (std::size_t i = 0; i < active.size(); ++i) {
+        if (next[static_cast<Eigen::Index>(i)] <= 0 && l[active[i]] <= smallest)
+          l[active[i]] = 0;
+        else
+          rest.push_back(active[i]);
+      }
+      active = std::move(rest);
+    }
+  }
+  return c - A.transpose() * l;
+}
+
 // The c of (4) for one beginning of the piece.
 class StraightSearch {
  public:
@@ -228,7 +275,10 @@ class StraightSearch {
     if (best.kept || !best.path.finished || !motions_.complete()) return closed(best);
     constexpr int kFiner = 4;
     for (int i = 0; i <= kFiner; ++i) {
-      const bool arrived = exchange(v);
+      const double worst = exchange(v);
+      const bool arrived = worst <= -margin_ + kAimed;
+      constexpr double kHopeless = 0.3;
+      if (worst > kHopeless) break;
       StraightWay end = exact(v);
       const double left = end.violation;
       if (end.kept || left < best.violation) best = std::move(end);
@@ -247,8 +297,8 @@ class StraightSearch {
   }
 
   // The c of least norm that keeps what is linear of the instants known, then the new ones, until nothing is violated
-  // at the nodes and no less will do. Whether that was reached.
-  bool exchange(Eigen::VectorXd& v) {
+  // at the nodes and no less will do. What is left at the nodes.
+  double exchange(Eigen::VectorXd& v) {
     constexpr int kMost = 25, kPatience = 6, kHalvings = 3;
     constexpr double kSettled = 2e-3;  // joints move no farther any more [rad or m]
     constexpr double kMostKept = 64;
@@ -275,7 +325,7 @@ class StraightSearch {
       stuck = is_kept() || worst < 0.7 * least ? 0 : stuck + 1;
       least = std::min(least, worst);
     }
-    return is_kept();
+    return worst;
   }
 
   WayLook::PointAt points(const std::vector<Node>& nodes) const {
@@ -297,15 +347,12 @@ class StraightSearch {
     return worst;
   }
 
-  // The one nearest to `share` of v that keeps what is linear of it at v: rows A x <= b.
-  struct Linear {
-    Eigen::MatrixXd A;
-    Eigen::VectorXd b, centre;
-  };
+  // The one nearest to `share` of v that keeps what is linear of it at v.
   Eigen::VectorXd nearest(const std::vector<Node>& nodes, const Eigen::VectorXd& v, double share) {
-    const int size = static_cast<int>(v.size()), n = base_.joints();
-    Linear rows{Eigen::MatrixXd(static_cast<Eigen::Index>(instants_.size()), size),
-                Eigen::VectorXd(static_cast<Eigen::Index>(instants_.size())), share * v};
+    const int n = base_.joints();
+    const auto count = static_cast<Eigen::Index>(instants_.size());
+    Eigen::MatrixXd A(count, v.size());
+    Eigen::VectorXd b(count);
     const WayLook::PointAt at = points(nodes);
     for (std::size_t i = 0; i < instants_.size(); ++i) {
       const Node& node = nodes[static_cast<std::size_t>(instants_[i].node)];
@@ -316,32 +363,10 @@ class StraightSearch {
           node.per_acceleration.transpose() * d.acceleration +
           node.per_displacement.topRows<3>().transpose() * (as_matrix(node.X_WB.R).transpose() * d.turn);
       const auto row = static_cast<Eigen::Index>(i);
-      rows.A.row(row) = gradient.transpose();
-      rows.b[row] = gradient.dot(v) - value - margin_ - kAimed;
+      A.row(row) = gradient.transpose();
+      b[row] = gradient.dot(v) - value - margin_ - kAimed;
     }
-    nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(size));
-    optimizer.set_min_objective(&StraightSearch::half_square, &rows);
-    optimizer.add_inequality_mconstraint(&StraightSearch::linear, &rows, std::vector<double>(instants_.size(), 1e-9));
-    optimizer.set_xtol_abs(1e-10);
-    optimizer.set_maxeval(10);
-    std::vector<double> x(v.begin(), v.end());
-    double least = 0;
-    try {
-      optimizer.optimize(x, least);
-    } catch (const std::exception&) {  // what was found so far is as good as any
-    }
-    return as_vector(x);
-  }
-  static double half_square(unsigned size, const double* x, double* gradient, void* data) {
-    const Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(x, size) - static_cast<const Linear*>(data)->centre;
-    if (gradient) Eigen::Map<Eigen::VectorXd>(gradient, size) = d;
-    return 0.5 * d.squaredNorm();
-  }
-  static void linear(unsigned m, double* result, unsigned size, const double* x, double* gradient, void* data) {
-    const Linear& rows = *static_cast<const Linear*>(data);
-    Eigen::Map<Eigen::VectorXd>(result, m) = rows.A * Eigen::Map<const Eigen::VectorXd>(x, size) - rows.b;
-    if (!gradient) return;
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(gradient, m, size) = rows.A;
+    return nearest_below(A, b, share * v);
   }
 
   // The piece with this self-motion, integrated exactly, and what it violates.
@@ -351,6 +376,8 @@ class StraightSearch {
     const Eigen::VectorXd c = v.tail(v.size() - motions_.start_unknowns());
     if (c.squaredNorm() > 0) way.self_motion.coefficients.assign(c.begin(), c.end());
     problem.self_motion = way.self_motion;
+    constexpr long kMostSteps = 10'000;  // more take pieces that pass a singularity
+    problem.most_steps = std::min<long>(problem.most_steps, kMostSteps);
     way.path = plan_straight_in(base_, problem);
     evaluations_ += way.path.rhs_evaluations;
     if (!way.path.finished) {
@@ -375,7 +402,11 @@ class StraightSearch {
       way.violation = f.value;
       if (f.value > kTolerated) way.trouble = look_.describe(f, point(f.at.node));
     }
-    way.kept = way.trouble.empty();
+    // A piece whose hands do not go where they are to go keeps nothing.
+    constexpr double kUnmet = 1e-9;  // [m/s or rad/s]
+    const bool is_sound = !way.path.damped && way.path.unmet <= kUnmet;
+    way.kept = way.trouble.empty() && is_sound;
+    if (!is_sound) way.violation = std::max(way.violation, 0.0) + std::max(way.path.unmet, kUnmet);
     return way;
   }
 

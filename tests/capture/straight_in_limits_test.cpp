@@ -100,6 +100,29 @@ CaptureResult flown(const CaptureProblem& p) {
   return r;
 }
 
+// Where the way there, a spline with knots, meets the piece, rates must not jump, or the energy misses its bound; nor
+// where the piece found first passes a singularity.
+TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
+  SKIP_UNDER_SANITIZERS();
+  for (const int knots : {4, 5}) {
+    for (const double gravity : {0.0, -1e-3}) {
+      SCOPED_TRACE(::testing::Message() << knots << " knots, gravity " << gravity);
+      CaptureProblem p = two_arms();
+      plan_of(p).limits = PlanSetup::Limits::on_the_way;
+      plan_of(p).knots = knots;
+      p.gravity = {0, 0, gravity};
+      flown(p);
+    }
+  }
+  CaptureProblem p = two_arms();
+  plan_of(p).limits = PlanSetup::Limits::on_the_way;
+  plan_of(p).knots = 0;
+  p.approach->straight_in->roll = StraightIn::Roll::matched;
+  const CaptureResult direct = flown(p);
+  limits_of(p, direct, 6).rate = 0.042;
+  EXPECT_FALSE(flown(p).plan->straight_in->damped);
+}
+
 // A joint of each arm that goes farther in the piece than ever before is kept from it.
 TEST(StraightInLimits, OfPositionsOfTwoArmsAtOnce) {
   SKIP_UNDER_SANITIZERS();
