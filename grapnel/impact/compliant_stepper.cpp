@@ -109,7 +109,7 @@ bool StiffIntegrator::land(double t, std::size_t index) {
     if (!(length > 0)) break;
     const double slope = (now_[index] - value_at(index, time() - back)) / back, miss = now_[index] / slope;
     if (!(std::abs(miss) > kLanded * length && std::abs(miss) < back)) break;
-    t = time() - miss;
+    t = std::min(time() - miss, stop_);
   }
   for (std::size_t k = 0; k < crossed_.size(); ++k) {
     if (k != index && !crosses(k, begin_[k], now_[k])) continue;

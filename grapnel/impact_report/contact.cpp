@@ -223,7 +223,8 @@ Vector3d contact_normal_in_world(const CaptureProblem& problem, const CaptureSys
   const auto normal = contact_normal(target_of(problem, grasp), grasp_point_of(problem, grasp));
   if (!normal) throw CaptureProblemError("grasp of '" + grasp.end_effector + "': a contact needs the surface's normal");
   const int frame = system.target_frames[target_index(problem, grasp.target)];
-  return frame_pose(system.model, kinematics, frame).R * *normal;
+  // As given it is a unit vector to 1e-9, which friction at small slip would multiply.
+  return (1 / norm(*normal)) * (frame_pose(system.model, kinematics, frame).R * *normal);
 }
 
 // --- Motion at an instant ---

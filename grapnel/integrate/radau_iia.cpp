@@ -399,6 +399,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
   const Tableau& T = tableau();
   const int n = system_.coupled();
   double before = 0, ratio_before = 0, theta = 0;
+  slow_ = false;
   double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // of what is left over the last correction
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     ++iterations_;
@@ -443,8 +444,9 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
 
 // Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
 // much larger than what is left after it.
-void RadauIIA::add_quadratures(double h) {
-  if (system_.quadratures == 0 || (last_correction_ > kNewtonShare && !evaluate_stages(h))) return;
+bool RadauIIA::add_quadratures(double h) {
+  if (system_.quadratures == 0) return true;
+  if (last_correction_ > kNewtonShare && !evaluate_stages(h)) return false;
   for (int i = 0; i < kStages; ++i) {
     double* const z = stage(Z_, i);
     for (int k = system_.coupled(); k < system_.size(); ++k) {
@@ -452,6 +454,7 @@ void RadauIIA::add_quadratures(double h) {
       for (int j = 0; j < kStages; ++j) z[k] += h * tableau().a(i, j) * stage(F_, j)[k];
     }
   }
+  return true;
 }
 
 // (12.23), over the tolerances; `slope`: derivative at the beginning, or near it.
@@ -510,7 +513,7 @@ bool RadauIIA::step(double limit) {
       }
     }
     predict(h, 1);
-    if (solve_stages(h) != Newton::converged) {
+    if (solve_stages(h) != Newton::converged || !add_quadratures(h)) {
       rejected = true;
       contraction_ = 1;
       if (derivatives_fresh_) proposed_ = 0.5 * h;
@@ -538,7 +541,6 @@ bool RadauIIA::step(double limit) {
     if (slow_) derivatives_known_ = false;
     if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // the factors serve again
     proposed_ = cut && !rejected ? std::max(proposed_, growth * h) : growth * h;
-    add_quadratures(h);
     finish(h, t_end);
     return true;
   }
@@ -557,8 +559,13 @@ bool RadauIIA::end_at(double t) {
   if (!factorize(h)) return fail("the step to an event cannot be solved");
   predict(h, 0);
   contraction_ = 1;
-  if (solve_stages(h) != Newton::converged) return fail("the step to an event cannot be solved");
-  add_quadratures(h);
+  if (solve_stages(h) != Newton::converged) {
+    difference();
+    if (!factorize(h)) return fail("the step to an event cannot be solved");
+    std::fill(Z_.begin(), Z_.end(), 0.0);
+    if (solve_stages(h) != Newton::converged) return fail("the step to an event cannot be solved");
+  }
+  if (!add_quadratures(h)) return fail("the right side is not finite");
   finish(h, t);
   return true;
 }

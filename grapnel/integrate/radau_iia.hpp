@@ -89,7 +89,7 @@ class RadauIIA {
   bool evaluate_stages(double h);
   Newton solve_stages(double h);
   void correct(double h);
-  void add_quadratures(double h);
+  bool add_quadratures(double h);
   void finish(double h, double t_end);
   double error_of(double h, std::span<const double> slope);
   double weighted(std::span<const double> x) const;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "capture/impact_case.hpp"
+#include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
@@ -316,6 +317,26 @@ TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
   EXPECT_GT(r.impact->compliant->elastic_energy_after, 0.1);   // measured 0.38 J
   EXPECT_GT(row(r, "compliant_energy_residual").value, 1e-2);  // measured 0.16
   EXPECT_TRUE(warns(r, "hand0 is still compressed by "));
+}
+
+// A hand that rubs on a surface with nothing to damp it: its slip changes sides while it presses. What friction takes
+// shows errors of velocities within the slip speed.
+TEST(CompliantContacts, KeepTheEnergyWhereSlipChangesSides) {
+  struct Rub {
+    double friction, slip_speed, stiffness;
+  };
+  for (const Rub rub : {Rub{2, 1e-4, 8e6}, Rub{0.5, 1e-5, 8e6}, Rub{0.5, 1e-6, 8e6}}) {
+    CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/planar-admittance.yaml");
+    p.clearance.enabled = false;
+    p.impact->friction = rub.friction;
+    p.impact->contact.slip_speed = rub.slip_speed;
+    p.impact->contact.stiffness = rub.stiffness, p.impact->contact.damping = 0;
+    const CaptureResult r = simulate_capture(p);
+    EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
+    ASSERT_TRUE(r.impact && r.impact->compliant);
+    EXPECT_LT(r.impact->compliant->energy_residual, 1e-10) << rub.slip_speed;  // measured 6e-12
+    EXPECT_LT(r.impact->compliant->rhs_evaluations, 30'000);                   // measured 8,715
+  }
 }
 
 TEST(CompliantImpact, IsRefusedInClosedLoops) {
