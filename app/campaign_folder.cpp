@@ -227,7 +227,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
 int write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignResults& what,
                            StopSignal& stop) {
   if (what.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
-  // Numbers as text take as long as all the rest.
+  // A quarter of what is to be done after the last case is to write numbers as text.
   std::future<void> csv;
   if (!what.no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
   write_campaign_table(folder, campaign, GRAPNEL_VERSION);

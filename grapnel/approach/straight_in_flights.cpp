@@ -206,8 +206,8 @@ void ApproachPlanner::come_in_bending(StraightInProblem& in) {
       plan_.warnings.push_back(fmt::format(
           "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
           "points; it is planned for the one that does not bend, from whose velocities and turns there they differ "
-          "by what bends",
-          largest));
+          "by what bends{}",
+          largest, plan_.report.way ? "; so are limits and what else is asked of the way, which the run watches" : ""));
       return;
     }
     for (std::size_t g = 0; g < meant.size(); ++g) in.goals[g].X_TG.p = in.goals[g].X_TG.p - missed[g];

@@ -408,6 +408,10 @@ TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
   const CaptureResult r = flown(p);
   EXPECT_THAT(r.warnings,
               ::testing::Contains(HasSubstr("straight_in brings the end-effectors of the robot that bends")));
+  const char* const of_limits = "so are limits and what else is asked of the way, which the run watches";
+  EXPECT_THAT(r.warnings, ::testing::Not(::testing::Contains(HasSubstr(of_limits))));
+  plan_of(p).limits = PlanSetup::Limits::on_the_way;
+  EXPECT_THAT(flown(p).warnings, ::testing::Contains(HasSubstr(of_limits)));
 }
 
 // --- Of a base whose attitude is controlled, and under what acts from outside
