@@ -153,7 +153,8 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
     store.missing(0, 1, &all);
     if (all.complete < all.blocks) return part_is_done(shard, all, done, options);
   }
-  const int code = write_campaign_results(campaign, folder, {options.quiet, options.no_report, options.no_csv}, stop);
+  const int code = write_campaign_results(
+      campaign, folder, {options.quiet, options.no_report, options.no_csv, threads_of(options.threads)}, stop);
   if (code == kInterrupted) say_stopped(folder, done.done, done.total, options.resume);
   return code;
 }

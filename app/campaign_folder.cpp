@@ -232,7 +232,7 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   if (!what.no_csv) csv = std::async(std::launch::async, [&] { write_campaign_csv(folder, campaign); });
   write_campaign_table(folder, campaign, GRAPNEL_VERSION);
   const CampaignTable table(folder / "table.h5");
-  const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION);
+  const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION, what.threads);
   if (csv.valid()) csv.get();
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())

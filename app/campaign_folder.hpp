@@ -43,6 +43,7 @@ struct CampaignResults {
   bool quiet = false;
   bool no_report = false;
   bool no_csv = false;
+  int threads = 1;
 };
 
 /// Writes table.h5, table.csv, campaign.json, the complete runs of the cases that are to be kept so (series/case-K) and

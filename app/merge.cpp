@@ -164,7 +164,8 @@ int merge_into(const std::vector<Source>& sources, const MergeOptions& options, 
             : fmt::format(", on a machine whose arithmetic is '{}'", store.arithmetic()));
     return kSimulationFailed;
   }
-  return write_campaign_results(campaign, store.folder(), {options.quiet, options.no_report, options.no_csv}, stop);
+  return write_campaign_results(campaign, store.folder(),
+                                {options.quiet, options.no_report, options.no_csv, threads_of(0)}, stop);
 }
 
 }  // namespace

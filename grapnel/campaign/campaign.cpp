@@ -118,6 +118,11 @@ class MarginBound {
   std::array<double, 2> slopes_{0, 0};  // of the last two steps
 };
 
+// Cases of a block that are under way at once: 16 for each of AVX-512's lanes, so that lanes are rarely empty, and so
+// few that what they hold is written where it was just read: 390 at once took 5 % more time, 2 % of it in the kernel,
+// for pages given back and asked for again (docs/performance.md).
+constexpr std::size_t kUnderWay = 128;
+
 // A case on its way.
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
@@ -133,8 +138,9 @@ struct Flight {
   std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
   MarginBound margin;          // of what ends it
 
-  bool has_same_structure(const Flight& other) const {
-    return !task->watch == !other.task->watch && *structure == *other.structure;
+  /// Whether its task goes in lanes together with those of such a task.
+  bool goes_with(const lanes::LaneStructure& of, bool watched, bool may_stop) const {
+    return !task->watch == !watched && !task->stop == !may_stop && *structure == of;
   }
 };
 
@@ -254,14 +260,11 @@ class LaneBlock {
       : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop) {}
 
   std::vector<CaseRow> run(const Block& block) {
-    for (std::uint64_t k = block.begin; k < block.end; ++k) {
-      flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
-      begin(*flights_.back(), k);
-      if (stop_.stop_requested()) return {};
-    }
-    while (fly_some()) {
-      if (stop_.stop_requested()) return {};
-    }
+    next_ = block.begin, end_ = block.end;
+    do {
+      begin_some();
+      fly_all();
+    } while (next_ < end_ && !stop_.stop_requested());
     if (stop_.stop_requested()) return {};  // cases may be under way, or given up: the block is
     std::vector<CaseRow> rows;
     for (auto& flight : flights_) {
@@ -284,6 +287,17 @@ class LaneBlock {
       take(flight, failed_case(error.what(), campaign_.columns.size()));
     }
     flight.clock.pause();
+  }
+
+  // As many cases as may be under way. Whether there was any to begin.
+  bool begin_some() {
+    const std::uint64_t first = next_;
+    while (next_ < end_ && under_way_ < kUnderWay && !stop_.stop_requested()) {
+      flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
+      ++under_way_;
+      begin(*flights_.back(), next_++);
+    }
+    return next_ > first;
   }
 
   void begin(Flight& flight, std::uint64_t k) {
@@ -329,7 +343,8 @@ class LaneBlock {
     flight.row.values = std::move(row.values);
     close(flight);
   }
-  static void close(Flight& flight) {
+  void close(Flight& flight) {
+    --under_way_;
     flight.task = nullptr;
     flight.structure.reset();
     flight.dynamics.reset();
@@ -337,28 +352,66 @@ class LaneBlock {
     flight.point.reset();
   }
 
-  // The next piece of motion of every case that has one, those of one structure together. Whether there was any.
-  bool fly_some() {
-    std::vector<Flight*> waiting;
-    for (auto& flight : flights_) {
-      if (flight->task) waiting.push_back(flight.get());
+  // Takes all flights to their ends, pieces of motion of one structure together.
+  void fly_all() {
+    for (std::vector<Flight*> waiting = waiting_from(0); !waiting.empty(); waiting = waiting_from(0)) {
+      while (!waiting.empty()) {
+        const std::vector<Flight*> together = take_together(waiting);
+        fly(*together.front()->structure, together, true);
+        if (stop_.stop_requested()) return;
+      }
     }
-    const bool any = !waiting.empty();
-    while (!waiting.empty()) {
-      const Flight& first = *waiting.front();
-      const auto others = std::stable_partition(waiting.begin(), waiting.end(),
-                                                [&](const Flight* f) { return f->has_same_structure(first); });
-      fly(*first.structure, {waiting.begin(), others});
-      if (stop_.stop_requested()) return false;
-      waiting.erase(waiting.begin(), others);
-    }
-    return any;
   }
 
+  std::vector<Flight*> waiting_from(std::size_t first) const {
+    std::vector<Flight*> waiting;
+    for (std::size_t i = first; i < flights_.size(); ++i) {
+      if (flights_[i]->task) waiting.push_back(flights_[i].get());
+    }
+    return waiting;
+  }
+
+  // Takes those out that go in lanes with the first of them.
+  static std::vector<Flight*> take_together(std::vector<Flight*>& waiting) {
+    const Flight& first = *waiting.front();
+    const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
+      return flight->goes_with(*first.structure, first.task->watch != nullptr, first.task->stop != nullptr);
+    });
+    const std::vector<Flight*> together(waiting.begin(), others);
+    waiting.erase(waiting.begin(), others);
+    return together;
+  }
+
+  // Begins further cases, if any may be, and takes them as far as where they go in lanes with `together`, which they
+  // join. Whether there was any to begin.
+  bool begin_more(const lanes::LaneStructure& structure, bool watched, bool may_stop, std::vector<Flight*>& together) {
+    const std::size_t begun = flights_.size();
+    if (!begin_some()) return false;
+    for (;;) {
+      std::vector<Flight*> waiting = waiting_from(begun);
+      const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
+        return flight->goes_with(structure, watched, may_stop);
+      });
+      if (others == waiting.end()) {
+        together.insert(together.end(), waiting.begin(), waiting.end());
+        return true;
+      }
+      waiting.erase(waiting.begin(), others);
+      const std::vector<Flight*> first = take_together(waiting);
+      fly(*first.front()->structure, first, false);
+      if (stop_.stop_requested()) return false;
+    }
+  }
+
+  // One piece of motion of each of these, and with `refill` of further cases of the block that come to such a piece.
   // `structure` by value: the flights go on to other pieces of motion meanwhile.
-  void fly(const lanes::LaneStructure structure, const std::vector<Flight*>& together) {
+  void fly(const lanes::LaneStructure structure, std::vector<Flight*> together, bool refill) {
+    const bool watched = together.front()->task->watch != nullptr;
+    const bool may_stop = together.front()->task->stop != nullptr;
     std::size_t next = 0;
     const auto source = [&](lanes::LaneCase& lane) {
+      while (refill && next == together.size() && begin_more(structure, watched, may_stop, together)) {
+      }
       while (next < together.size() && !stop_.stop_requested()) {
         Flight& flight = *together[next++];
         bool ready = false;
@@ -424,9 +477,6 @@ class LaneBlock {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
     const auto gate = [&](const lanes::LaneView& view) { return goes_on(view, *together[view.id], state); };
-    const bool watched = together.front()->task->watch != nullptr;
-    const bool may_stop =
-        std::any_of(together.begin(), together.end(), [](Flight* f) { return f->task->stop != nullptr; });
     lanes::run_lanes(structure, source, sink, set_for(together.size()),
                      watched ? lanes::LaneWatch(look) : lanes::LaneWatch(),
                      may_stop ? lanes::LaneGate(gate) : lanes::LaneGate(), control);
@@ -443,7 +493,9 @@ class LaneBlock {
   const CaptureDetail detail_;
   const lanes::InstructionSet set_;
   const std::stop_token& stop_;
-  std::vector<std::unique_ptr<Flight>> flights_;
+  std::vector<std::unique_ptr<Flight>> flights_;  // begun, in the order of their cases
+  std::size_t under_way_ = 0;
+  std::uint64_t next_ = 0, end_ = 0;  // cases to be begun
 };
 
 }  // namespace

@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <stdexcept>
 #include <string_view>
 #include <unordered_map>
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/statistics.hpp"
+#include "grapnel/study/case_pool.hpp"
 
 // What of the results' variance goes with which input.
 namespace grapnel {
@@ -138,13 +140,20 @@ std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
   return rankings;
 }
 
-void describe_columns(const Rows& rows, CampaignReport& report) {
-  for (std::size_t i = 0; i < rows.campaign.columns.size(); ++i) {
+// Independent pieces of work, from 0 to n - 1, on several threads.
+template <class Work>
+void for_each_of(std::size_t n, int threads, const Work& work) {
+  run_jobs(n, {threads, {}, {}}, {}, [&](std::size_t i, const HandIn&, const std::stop_token&) { work(i); });
+}
+
+void describe_columns(const Rows& rows, int threads, CampaignReport& report) {
+  report.columns.resize(rows.campaign.columns.size());
+  for_each_of(report.columns.size(), threads, [&](std::size_t i) {
     const std::vector<double> numbers = rows.table.numbers(rows.table.columns()[i]);
-    report.columns.push_back(describe(rows, rows.table.columns()[i], numbers, ranking_of(numbers)));
+    report.columns[i] = describe(rows, rows.table.columns()[i], numbers, ranking_of(numbers));
     for (CampaignReport::Worst& list : report.worst)
       if (list.number == i) find_worst(rows, numbers, list);
-  }
+  });
 }
 
 }  // namespace
@@ -178,7 +187,8 @@ std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numb
   return numbers;
 }
 
-CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version) {
+CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version,
+                                int threads) {
   check_heads(campaign, table);
   const Rows rows{campaign, table, table.indices(), table.status(), table.success()};
   CampaignReport report;
@@ -192,8 +202,8 @@ CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& t
   count_criteria(rows, report);
   report.worst = worst_lists(campaign);
   const std::vector<Ranking> inputs = analyze_inputs(rows, report);
-  describe_columns(rows, report);
-  measure_influences(rows, inputs, report);
+  describe_columns(rows, threads, report);
+  measure_influences(rows, inputs, threads, report);
   count_reasons(rows, report);
   count_grasps(rows, report);
   say_what_is_not_said(campaign, report);
@@ -313,6 +323,11 @@ class Influences {
   }
 
   void measure(Measure::Of of, const std::string& name, const std::string& unit, const std::vector<double>& numbers) {
+    report_.measures.push_back(measured(of, name, unit, numbers));
+  }
+
+  Measure measured(Measure::Of of, const std::string& name, const std::string& unit,
+                   const std::vector<double>& numbers) {
     const RankedNumbers ranked(numbers);
     Measure result{name, unit, ranked.count, {}, {}, 1, of};
     for (const Ranking& input : inputs_) result.inputs.push_back(sensitivity_of(input, ranked));
@@ -324,15 +339,17 @@ class Influences {
         result.groups.push_back(sensitivity_of(axes_[axis++], ranked));
       else if (group.inputs.size() == 1)
         result.groups.push_back(result.inputs[group.inputs.front()]);
-      else
+      else {
+        const std::lock_guard one_at_a_time(fitting_);  // a fit keeps the basis for rows that it was used for last
         result.groups.push_back(together(result, group, fits_[fit++].of(some)));
+      }
       const double share = result.groups.back().first_order;
       // Of an input that never changes nothing is known, and nothing is explained.
       if (!std::isnan(share)) result.unexplained -= std::max(share, 0.0);
       if (group.inputs.size() > 1 && std::isnan(share)) result.unexplained = NAN;
     }
     result.unexplained = result.count < 4 ? NAN : std::clamp(result.unexplained, 0.0, 1.0);
-    report_.measures.push_back(std::move(result));
+    return result;
   }
 
   void measure_criteria() {
@@ -358,22 +375,28 @@ class Influences {
     }
   }
 
-  void measure_columns() {
+  void measure_columns(int threads) {
     const Rounding rounding(report_);
-    std::size_t measured = 1;  // success
     for (std::size_t i = 0; i < rows_.campaign.columns.size(); ++i) {
       const Description& d = report_.columns[i].description;
       if (d.count >= 2 && d.least < d.largest && rounding.is(i))
         report_.rounding.push_back(report_.columns[i].head.name);
     }
+    std::vector<std::size_t> chosen;
     for (const std::size_t i : columns_to_measure(rows_.campaign)) {
       const Description& d = report_.columns[i].description;
       if (d.count < 2 || d.least == d.largest || rounding.is(i)) continue;
-      if (measured++ >= kMostMeasures)
+      if (chosen.size() + 1 >= kMostMeasures)  // with success
         ++report_.measures_left_out;
       else
-        measure(Measure::Of::column, report_.columns[i].head.name, report_.columns[i].head.unit, rows_.numbers(i));
+        chosen.push_back(i);
     }
+    const std::size_t before = report_.measures.size();
+    report_.measures.resize(before + chosen.size());
+    for_each_of(chosen.size(), threads, [&](std::size_t k) {
+      const CampaignTable::Head& head = report_.columns[chosen[k]].head;
+      report_.measures[before + k] = measured(Measure::Of::column, head.name, head.unit, rows_.numbers(chosen[k]));
+    });
   }
 
  private:
@@ -419,16 +442,17 @@ class Influences {
   std::vector<std::size_t> picked_;     // rows that groups are fitted to
   std::vector<Ranking> axes_;           // of the design
   std::vector<GroupSensitivity> fits_;  // of groups with several inputs
+  std::mutex fitting_;
 };
 
 }  // namespace
 
-void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, CampaignReport& report) {
+void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, int threads, CampaignReport& report) {
   Influences influences(rows, inputs, report);
   influences.measure(Measure::Of::success, "success", "1",
                      std::vector<double>(rows.success.begin(), rows.success.end()));
   influences.measure_criteria();
-  influences.measure_columns();
+  influences.measure_columns(threads);
 }
 
 }  // namespace grapnel

@@ -153,10 +153,11 @@ struct SweepReport {
 template <>
 const Type& type_of<SweepReport>();
 
-/// Reads a column at a time: about 200 bytes a row at once, whatever their number. The same rows give the same report,
-/// bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if the table is of
-/// another campaign.
-CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version);
+/// Each of `threads` reads a column at a time: about 200 bytes a row at once, whatever their number. The same rows give
+/// the same report, bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if
+/// the table is of another campaign.
+CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version,
+                                int threads = 1);
 
 /// Text of campaign.json.
 std::string campaign_json(const CampaignReport& report);
@@ -210,7 +211,7 @@ void count_grasps(const Rows& rows, CampaignReport& report);
 /// Writes `warnings`, from all counts.
 void say_what_is_not_said(const Campaign& campaign, CampaignReport& report);
 /// Writes `groups`, `measures` and `rounding`. `inputs`: their rankings; reads `columns`.
-void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, CampaignReport& report);
+void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, int threads, CampaignReport& report);
 
 /// An input as its influence is measured: without what the design makes of it.
 std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numbers);

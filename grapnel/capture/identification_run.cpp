@@ -40,7 +40,7 @@ std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size
   }
   for (const Frame& frame : model.frames())
     builder.add(FrameDescription{frame.name, model.bodies()[frame.body].description.name, frame.X_BE});
-  return std::make_shared<const Model>(builder.build());
+  return std::make_shared<const Model>(std::move(builder).build());
 }
 
 RateNoise rate_noise_of(const CaptureProblem& problem) {

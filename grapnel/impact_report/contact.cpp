@@ -82,35 +82,28 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
   return contact;
 }
 
-std::string gaps_too_wide(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact) {
-  std::string text;
-  if (problem.contact.gap == ContactSetup::Gap::refuse) return text;  // its limit has been asked for
-  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
-    const GraspSetup& g = problem.grasps[i];
-    if (judges_position(end_effector_of(problem, g).envelope)) continue;
-    const double reach = arm_reach(system.model, system.model.frame_index(g.end_effector)).length;
-    const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
-    const double gap = norm(contact.gaps[i].X_WE.p - contact.gaps[i].X_WG.p - contact.displacement[i]);
-    const double moved = norm(contact.displacement[i]), most = problem.contact.largest_gap.value_or(reach);
-    if (moved > most) {
-      text +=
-          fmt::format("{}target '{}' would have to be moved by {:.4g} m to end-effector '{}', more than {} of {:.4g} m",
-                      text.empty() ? "" : "; ", g.target, moved, g.end_effector,
-                      problem.contact.largest_gap ? "contact.largest_gap" : "its arm's reach", most);
-      continue;
-    }
-    if (gap <= stated) continue;
-    text += text.empty() ? "" : "; ";
-    text += fmt::format("end-effector '{}' is {:.4g} m from grasp point '{}' of target '{}'", g.end_effector, gap,
-                        g.grasp_point, g.target);
-    text += problem.contact.largest_gap
-                ? fmt::format(", contact.largest_gap is {:.4g} m", stated)
-                : fmt::format(
-                      ", more than a tenth of its arm's reach of {:.4g} m (it has no envelope with a "
-                      "position; state one, or contact.largest_gap)",
-                      reach);
+std::string gap_too_wide(const CaptureProblem& problem, const GraspSetup& grasp, const CaptureSystem& system,
+                         const GraspGap& gap, const Vector3d& displacement) {
+  if (problem.contact.gap == ContactSetup::Gap::refuse) return {};  // its limit has been asked for
+  if (judges_position(end_effector_of(problem, grasp).envelope)) return {};
+  const double reach = arm_reach(system.model, system.model.frame_index(grasp.end_effector)).length;
+  const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
+  const double left = norm(gap.X_WE.p - gap.X_WG.p - displacement);
+  const double moved = norm(displacement), most = problem.contact.largest_gap.value_or(reach);
+  if (moved > most) {
+    return fmt::format("target '{}' would have to be moved by {:.4g} m to end-effector '{}', more than {} of {:.4g} m",
+                       grasp.target, moved, grasp.end_effector,
+                       problem.contact.largest_gap ? "contact.largest_gap" : "its arm's reach", most);
   }
-  return text;
+  if (left <= stated) return {};
+  const std::string limit = problem.contact.largest_gap
+                                ? fmt::format("contact.largest_gap is {:.4g} m", stated)
+                                : fmt::format(
+                                      "more than a tenth of its arm's reach of {:.4g} m (it has no envelope with a "
+                                      "position; state one, or contact.largest_gap)",
+                                      reach);
+  return fmt::format("end-effector '{}' is {:.4g} m from grasp point '{}' of target '{}', {}", grasp.end_effector, left,
+                     grasp.grasp_point, grasp.target, limit);
 }
 
 // --- Envelopes ---

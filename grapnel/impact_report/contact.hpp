@@ -43,9 +43,10 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
 /// Of the arm's reach (arm_reach): what a grasp may bridge of which no envelope says what its end-effector can close
 /// on.
 constexpr double kLargestGapOfReach = 0.1;
-/// Which grasps would hold across gaps too wide to be called a capture, ContactSetup::largest_gap: what is left between
-/// end-effector and grasp point after contact.gap. In words; empty: none.
-std::string gaps_too_wide(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact);
+/// Whether a grasp would hold across a gap too wide to be called a capture, ContactSetup::largest_gap: what is left
+/// between end-effector and grasp point after contact.gap has moved the target by `displacement`. In words; empty: no.
+std::string gap_too_wide(const CaptureProblem& problem, const GraspSetup& grasp, const CaptureSystem& system,
+                         const GraspGap& gap, const Vector3d& displacement);
 
 /// How an end-effector stands to its grasp point, in the terms of a CaptureEnvelope.
 struct GraspDeviation {

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <unordered_map>
+#include <unordered_set>
 
 namespace grapnel {
 namespace {
@@ -194,9 +195,12 @@ ModelBuilder& ModelBuilder::attach(std::string_view body, std::string_view paren
   return *this;
 }
 
-Model ModelBuilder::build() const {
+Model ModelBuilder::build() const& { return ModelBuilder(*this).build(); }
+
+Model ModelBuilder::build() && {
   std::vector<std::string> faults;
-  std::map<std::string, int, std::less<>> given;
+  std::unordered_map<std::string_view, std::size_t> given;
+  given.reserve(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyDescription& b = bodies_[i];
     check_body(b, faults);
@@ -214,46 +218,58 @@ Model ModelBuilder::build() const {
       faults.push_back(fmt::format("body '{}': only a root can be free", b.name));
     }
   }
-  std::map<std::string, int, std::less<>> frame_names;
+  std::unordered_set<std::string_view> frame_names;
   for (const FrameDescription& f : frames_) {
     if (!given.contains(f.body)) faults.push_back(fmt::format("frame '{}': unknown body '{}'", f.name, f.body));
     if (const std::string text = placement_fault(f.X_BE); !text.empty()) {
       faults.push_back(fmt::format("frame '{}': {}", f.name, text));
     }
-    if (!frame_names.emplace(f.name, 0).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
+    if (!frame_names.insert(f.name).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
   }
   if (!faults.empty()) throw ModelError(std::move(faults));
 
   // Parents first; otherwise the given order. Each pass places what has become placeable, so a cycle is what is left.
-  std::vector<BodyDescription> sorted;
-  sorted.reserve(bodies_.size());
-  std::map<std::string, int, std::less<>> index;
-  std::vector<bool> placed(bodies_.size(), false);
+  constexpr int kNotPlaced = -1;
+  std::vector<int> place(bodies_.size(), kNotPlaced);  // of a given body among the sorted ones
+  std::vector<std::size_t> order;                      // the reverse
+  std::vector<int> parent;                             // of a sorted body
   for (bool progress = true; progress;) {
     progress = false;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (placed[i] || !(bodies_[i].parent.empty() || index.contains(bodies_[i].parent))) continue;
-      index.emplace(bodies_[i].name, sorted.size());
-      sorted.push_back(bodies_[i]);
-      // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
-      Vector3d& axis = sorted.back().joint.axis;
-      if (has_one_axis(sorted.back().joint.type)) axis *= 1 / norm(axis);
-      if (auto& rotor_axis = sorted.back().joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
-      placed[i] = progress = true;
+      if (place[i] != kNotPlaced) continue;
+      const bool is_root = bodies_[i].parent.empty();
+      const int carrier = is_root ? -1 : place[given.find(bodies_[i].parent)->second];
+      if (!is_root && carrier == kNotPlaced) continue;
+      place[i] = static_cast<int>(order.size());
+      order.push_back(i), parent.push_back(carrier);
+      progress = true;
     }
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (!placed[i]) faults.push_back(fmt::format("body '{}': its parents form a cycle", bodies_[i].name));
+    if (place[i] == kNotPlaced) faults.push_back(fmt::format("body '{}': its parents form a cycle", bodies_[i].name));
   }
   if (!faults.empty()) throw ModelError(std::move(faults));
 
   Model model;
-  std::vector<int> parent, q, v;
+  model.frames_.reserve(frames_.size());
+  for (FrameDescription& f : frames_) {
+    const int body = place[given.find(f.body)->second];
+    model.frames_.push_back({std::move(f.name), body, f.X_BE});
+  }
+  std::vector<BodyDescription> sorted;  // `given` has lost its names from here on
+  sorted.reserve(bodies_.size());
+  for (const std::size_t i : order) {
+    sorted.push_back(std::move(bodies_[i]));
+    // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
+    Vector3d& axis = sorted.back().joint.axis;
+    if (has_one_axis(sorted.back().joint.type)) axis *= 1 / norm(axis);
+    if (auto& rotor_axis = sorted.back().joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
+  }
+  std::vector<int> q, v;
   int next_q = 0, next_v = 0;
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     const BodyDescription& b = sorted[i];
     const JointType type = b.joint.type;
-    parent.push_back(b.parent.empty() ? -1 : index.find(b.parent)->second);
     q.push_back(next_q), v.push_back(next_v);
     if (const int at = traits_of(type).quaternion; at >= 0) model.quaternions_.push_back(next_q + at);
     if (has_one_axis(type)) model.joints_.push_back(static_cast<int>(i));
@@ -271,7 +287,6 @@ Model ModelBuilder::build() const {
     const int root = parent[i] < 0 ? static_cast<int>(i) : model.bodies_[parent[i]].root;
     model.bodies_.push_back({std::move(sorted[i]), parent[i], q[i], v[i], root, placements[i]});
   }
-  for (const FrameDescription& f : frames_) model.frames_.push_back({f.name, index.find(f.body)->second, f.X_BE});
   return model;
 }
 

@@ -97,7 +97,9 @@ class ModelBuilder {
   /// @throws ModelError with all faults: duplicate or unknown names, cycles, masses not positive, inertias not positive
   /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, chains of joints
   /// with modes that are none, non-finite numbers.
-  Model build() const;
+  Model build() const&;
+  /// The same, of a builder that is needed no more: descriptions are moved.
+  Model build() &&;
 
  private:
   std::vector<BodyDescription> bodies_;

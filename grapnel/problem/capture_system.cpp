@@ -533,7 +533,7 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
     for (BodyDescription& body : target_bodies(t).bodies) builder.add(std::move(body));
     builder.add(FrameDescription{target_body_name(t.name), target_body_name(t.name), Posed::identity()});
   }
-  CaptureSystem system = index(problem, robot, builder.build(), true);
+  CaptureSystem system = index(problem, robot, std::move(builder).build(), true);
   std::vector<std::string> faults;
   check_grasps(problem, faults);
   check_phases(problem, system.robot_joints.size(), faults);

@@ -132,7 +132,7 @@ CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::
     if (const HeldGrasp* grasp = carrier(grasps, frame.body)) X_BE.p = X_BE.p - grasp->frames.X_BD.p;
     builder.add(FrameDescription{frame.name, name_of(frame.body), X_BE});
   }
-  CapturedSystem captured{renumber(free, builder.build()), {}};
+  CapturedSystem captured{renumber(free, std::move(builder).build()), {}};
   CaptureSystem& system = captured.system;
   for (const HeldGrasp& grasp : grasps) {
     HeldGrasp held = grasp;

@@ -134,7 +134,7 @@ std::vector<LinkMode> modes_of_link(const RobotSetup& robot, const BodyDescripti
     body.joint.type = JointType::fixed;
     builder.add(body);
   }
-  const Model model = builder.build();
+  const Model model = std::move(builder).build();
   const State at_rest = zero_state(model);
   std::vector<LinkMode> modes;
   for (const Kind& kind : kKinds) {

@@ -501,37 +501,46 @@ std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem) {
 
 namespace {
 
-// What a joint's friction, stops and motor demand of each other. `here`: its place; `shown`: the same for messages.
-void find_drive_conflicts(const JointDescription& joint, const std::string& here, const std::string& shown,
-                          std::vector<ProblemFault>& found) {
+// What parts of a body's description demand of each other. Places and sentences begin behind the body's own place.
+std::vector<ProblemFault> body_conflicts(const RobotSetup& robot, const BodyDescription& body) {
+  std::vector<ProblemFault> found;
+  const auto add = [&](const char* place, const std::string& sentence) { found.push_back({place, sentence}); };
+  const JointDescription& joint = body.joint;
   const JointFriction& friction = joint.friction;
   const JointLimits& limits = joint.limits;
   if (friction.static_effort && *friction.static_effort < friction.coulomb) {
-    found.push_back({here + ".friction.static", fmt::format("{}.friction.static: {} is less than coulomb, {}", shown,
-                                                            *friction.static_effort, friction.coulomb)});
+    add(".joint.friction.static",
+        fmt::format(".joint.friction.static: {} is less than coulomb, {}", *friction.static_effort, friction.coulomb));
   }
-  if (limits.stop && !std::isfinite(limits.lower) && !std::isfinite(limits.upper)) {
-    found.push_back({here + ".limits.stop",
-                     fmt::format("{}.limits.stop: there is neither a lower nor an upper limit to stop at", shown)});
-  }
+  if (limits.stop && !std::isfinite(limits.lower) && !std::isfinite(limits.upper))
+    add(".joint.limits.stop", ".joint.limits.stop: there is neither a lower nor an upper limit to stop at");
   if (joint.elasticity) {
     if (const std::string fault = gear_fault(joint); !fault.empty())
-      found.push_back({here + ".elasticity", fmt::format("{}.elasticity: {}", shown, fault)});
+      add(".joint.elasticity", ".joint.elasticity: " + fault);
   }
-  if (joint.spring && (limits.stop || friction.model == JointFriction::Model::sticking)) {
-    found.push_back({here + ".spring", fmt::format("{}.spring: a joint with a spring has neither stops nor sticking "
-                                                   "friction",
-                                                   shown)});
+  if (joint.spring && (limits.stop || friction.model == JointFriction::Model::sticking))
+    add(".joint.spring", ".joint.spring: a joint with a spring has neither stops nor sticking friction");
+  if (joint.motor && std::isfinite(joint.motor->no_load_rate) && !std::isfinite(limits.effort))
+    add(".joint.motor.no_load_rate", ".joint.motor.no_load_rate: needs limits.effort, the effort at rest");
+  if (joint.motor && joint.motor->torque_constant > 0 && joint.gear_ratio == 0)
+    add(".joint.motor.torque_constant", ".joint.motor.torque_constant: a gear_ratio of 0 passes no effort on");
+  const bool is_lost = loses_inertia(body);
+  if (!body.modes.empty() && !is_lost) {
+    if (const std::string fault = modes_fault(body); !fault.empty()) add(".modes", ".modes: " + fault);
   }
-  if (!joint.motor) return;
-  if (std::isfinite(joint.motor->no_load_rate) && !std::isfinite(limits.effort)) {
-    found.push_back({here + ".motor.no_load_rate",
-                     fmt::format("{}.motor.no_load_rate: needs limits.effort, the effort at rest", shown)});
+  if (body.beam && !is_lost) {
+    if (const std::string fault = beam_fault(body); !fault.empty()) {
+      add(".beam", ".beam: " + fault);
+    } else if (const std::string of_modes = beam_modes_fault(robot, body); !of_modes.empty()) {
+      add(".beam.modes", ".beam.modes: " + of_modes);
+    }
   }
-  if (joint.motor->torque_constant > 0 && joint.gear_ratio == 0) {
-    found.push_back({here + ".motor.torque_constant",
-                     fmt::format("{}.motor.torque_constant: a gear_ratio of 0 passes no effort on", shown)});
+  if (is_lost) add(".com", lost_inertia_text(body, ""));
+  if (!(limits.lower <= limits.upper)) {
+    add(".joint.limits.lower",
+        fmt::format(".joint.limits: lower limit {} is above upper limit {}", limits.lower, limits.upper));
   }
+  return found;
 }
 
 }  // namespace
@@ -539,29 +548,11 @@ void find_drive_conflicts(const JointDescription& joint, const std::string& here
 std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path) {
   std::vector<ProblemFault> found;
   for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
-    const BodyDescription& body = robot.bodies[i];
-    const JointLimits& limits = body.joint.limits;
-    const bool is_lost = loses_inertia(body), is_in_order = limits.lower <= limits.upper;
-    const std::string here = i == 0 ? "base" : fmt::format("links[{}]", i - 1);
-    const std::string shown = path.empty() ? here : path + "." + here;
-    find_drive_conflicts(body.joint, here + ".joint", shown + ".joint", found);
-    if (!body.modes.empty() && !is_lost) {
-      if (const std::string fault = modes_fault(body); !fault.empty())
-        found.push_back({here + ".modes", fmt::format("{}.modes: {}", shown, fault)});
-    }
-    if (body.beam && !is_lost) {
-      if (const std::string fault = beam_fault(body); !fault.empty()) {
-        found.push_back({here + ".beam", fmt::format("{}.beam: {}", shown, fault)});
-      } else if (const std::string of_modes = beam_modes_fault(robot, body); !of_modes.empty()) {
-        found.push_back({here + ".beam.modes", fmt::format("{}.beam.modes: {}", shown, of_modes)});
-      }
-    }
-    if (!is_lost && is_in_order) continue;
-    if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});
-    if (!is_in_order) {
-      found.push_back(
-          {here + ".joint.limits.lower",
-           fmt::format("{}.joint.limits: lower limit {} is above upper limit {}", shown, limits.lower, limits.upper)});
+    for (ProblemFault& fault : body_conflicts(robot, robot.bodies[i])) {
+      const std::string here = i == 0 ? "base" : fmt::format("links[{}]", i - 1);
+      fault.path = here + fault.path;
+      fault.message = (path.empty() ? here : path + "." + here) + fault.message;
+      found.push_back(std::move(fault));
     }
   }
   for (std::size_t w = 0; w < robot.wheels.size(); ++w) {

@@ -43,11 +43,25 @@ std::string file_bytes(const std::filesystem::path& path) {
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, std::generic_category().message(errno));
+  // In large pieces until the end, since a file may grow or shrink meanwhile.
+  constexpr std::size_t kPiece = std::size_t{1} << 16;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::string bytes;
+  std::size_t read = 0;
+  if (!error) bytes.resize(static_cast<std::size_t>(size) + 1);
   try {
-    return {std::istreambuf_iterator<char>(stream), {}};
+    for (;;) {
+      if (bytes.size() <= read) bytes.resize(read + kPiece);
+      stream.read(bytes.data() + read, static_cast<std::streamsize>(bytes.size() - read));
+      read += static_cast<std::size_t>(stream.gcount());
+      if (stream.eof()) break;
+      if (!stream) fail(path, "reading failed");
+    }
   } catch (const std::ios_base::failure&) {
     fail(path, "reading failed");
   }
+  bytes.resize(read);
+  return bytes;
 }
 
 Json read_json_document(const std::filesystem::path& path, const std::string& schema, const std::string& earlier) {

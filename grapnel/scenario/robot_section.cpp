@@ -856,7 +856,7 @@ Model build_model(const RobotSetup& setup) {
   ModelBuilder builder;
   for (const BodyDescription& body : setup.bodies) builder.add(body);
   for (const FrameDescription& frame : setup.end_effectors) builder.add(frame);
-  return builder.build();
+  return std::move(builder).build();
 }
 
 std::vector<JointDescription> moving_joints(const RobotSetup& setup) {
