@@ -10,6 +10,7 @@
 #include "bench/dynamics_bench.hpp"
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "tests/capture/impossible_plans.hpp"
 #include "tests/plan/tilted_arms.hpp"
 
 namespace grapnel::bench {
@@ -28,6 +29,20 @@ void plan(benchmark::State& state, const char* file, std::optional<ObjectiveKind
   for (auto _ : state) {
     const ApproachPlan result = plan_approach(problem, targets);
     if (!result.failure.empty()) return state.SkipWithError(result.failure.c_str());
+    evaluations = result.report.rhs_evaluations;
+  }
+  state.counters["rhs"] = static_cast<double>(evaluations);
+}
+
+// How long it takes to say that there is no plan.
+void refuse(benchmark::State& state, const testing::ImpossiblePlan& impossible) {
+  const CaptureProblem problem = impossible.problem();
+  const TargetPlan targets = plan_targets(problem);
+  long evaluations = 0;
+  for (auto _ : state) {
+    const ApproachPlan result = plan_approach(problem, targets);
+    if (result.failure.find(impossible.reason) == std::string::npos)
+      return state.SkipWithError(("not refused for the reason expected: " + result.failure).c_str());
     evaluations = result.report.rhs_evaluations;
   }
   state.counters["rhs"] = static_cast<double>(evaluations);
@@ -64,6 +79,10 @@ void register_plan() {
   for (const auto& [name, file] : workloads) {
     const char* path = file;
     benchmark::RegisterBenchmark(name, [path](benchmark::State& state) { plan(state, path, std::nullopt); });
+  }
+  for (const testing::ImpossiblePlan& impossible : testing::impossible_plans()) {
+    benchmark::RegisterBenchmark(("plan/refused/" + impossible.name).c_str(),
+                                 [impossible](benchmark::State& state) { refuse(state, impossible); });
   }
   const std::pair<const char*, ObjectiveKind> objectives[] = {{"plan/effort14", ObjectiveKind::effort},
                                                               {"plan/base_motion14", ObjectiveKind::base_motion},

@@ -179,9 +179,9 @@ class ApproachPlanner {
 
   // From the stand-off that the search found, or else from another one, to a piece that keeps what `reach` asks of the
   // way: from near it, where the piece itself says that it would be kept, then from others.
-  StandOff keep_on_the_way(const StraightInProblem& in, const ReachProblem& reach, ReachSolution solution);
+  StandOff keep_on_the_way(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
   std::optional<StandOff> begin_where_it_keeps(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
-  std::optional<StandOff> stand_off_near(const StraightInProblem& in, const ReachProblem& reach,
+  std::optional<StandOff> stand_off_near(StraightInProblem in, const ReachProblem& reach,
                                          const std::vector<double>& guess, int starts);
 
   // What the objective asked for is at a solution that another one chose.

@@ -92,27 +92,38 @@ ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, c
   return result;
 }
 
-ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(const StraightInProblem& in, const ReachProblem& reach,
+ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in, const ReachProblem& reach,
                                                            ReachSolution solution) {
-  constexpr int kElsewhere = 6;
+  constexpr int kElsewhere = 6, kEnough = 2, kEnoughFar = 1;
   int tried = 1;
   const std::vector<double> chosen = solution.position;
+  const long before = plan_.report.rhs_evaluations;
+  const auto much = [&] {
+    constexpr long kMuch = 550'000;  // evaluations times joints: well half a second
+    return (plan_.report.rhs_evaluations - before) * base_.joints() > kMuch;
+  };
   StandOff best = try_stand_off(in, reach, std::move(solution));
   std::optional<StandOff> now = best;
+  // More take pieces that pass a singularity, of which the first is enough.
+  constexpr long kFewSteps = 2000;
+  in.most_steps = std::min<std::int64_t>(in.most_steps, kFewSteps);
   std::mt19937_64 generator(reach.seed);
   for (int i = 0; !best.piece.kept; ++i) {
     // The piece itself says where it would begin.
     constexpr int kNearer = 3;
-    for (int k = 0; now && !now->piece.kept && k < kNearer; ++k) {
+    constexpr double kNoNearer = 0.9;
+    for (int k = 0; now && !now->piece.kept && k < kNearer && !(i >= kEnough && much()); ++k) {
+      const double violation = now->piece.violation;
       now = begin_where_it_keeps(in, reach, *now);
       if (!now) break;
       ++tried;
       if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
+      if (now->piece.violation > kNoNearer * violation) break;
     }
-    // Far from it after so many, it is taken for impossible.
-    constexpr int kEnough = 2;
+    // Far from it after so many, or after so much work, it is taken for impossible.
     constexpr double kFar = 0.1;
-    if (best.piece.kept || i == kElsewhere || (i >= kEnough && best.piece.violation > kFar)) break;
+    const bool far = best.piece.violation > kFar;
+    if (best.piece.kept || i == kElsewhere || (far && i >= kEnoughFar) || (i >= kEnough && much())) break;
     // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
@@ -145,10 +156,11 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::begin_where_it_keeps(S
   if (way.start.empty()) return std::nullopt;
   std::vector<double> guess = way.start;
   for (std::size_t j = 0; j < guess.size(); ++j) guess[j] = std::clamp(guess[j], reach.lower[j], reach.upper[j]);
+  in.self_motion = way.self_motion;
   return stand_off_near(in, reach, guess, 1);
 }
 
-std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(const StraightInProblem& in,
+std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(StraightInProblem in,
                                                                          const ReachProblem& reach,
                                                                          const std::vector<double>& guess, int starts) {
   ReachProblem near = reach;
@@ -166,6 +178,7 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(const S
   const std::optional<StandOff> bare = plan(guess);
   if (!bare || !bare->piece.trouble.empty()) return bare;
   near.way = reach.way;
+  in.self_motion = bare->piece.self_motion;
   return plan(bare->solution.position);
 }
 

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kGain = 5;              // k of (1) [1/s]: pulls in what damping or rounding left
 constexpr double kNoDirection = 1e-9;    // singular values below, relative to the largest: directions there are not
-constexpr double kDampedBelow = 0.02;    // relative to the largest
 constexpr int kDegree = 16;              // of the series, per piece
 constexpr double kFitTolerance = 1e-12;  // [rad or m]
 
@@ -178,7 +177,7 @@ class Motion {
       add_to_rates(t);
       if (!record_) return;
       path_.miss = misses(goals, error_);
-      const double smallest = smallest_singular_value(G_);
+      const double smallest = smallest_above(kDampedBelow);
       note(t, smallest, smallest, (G_ * *rates - b_).lpNorm<Eigen::Infinity>());
       return;
     }
@@ -202,6 +201,18 @@ class Motion {
     add_to_rates(t);
     if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
+  }
+
+  // The smallest singular value of G_ where all are above a share of the largest or structurally zero.
+  double smallest_above(double share) const {
+    if (G_.size() == 0) return 0;
+    const Eigen::VectorXd squares =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(G_ * G_.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
+    const double largest = squares[squares.size() - 1];
+    constexpr double kRounding = 0.5;
+    const auto first =
+        std::find_if(squares.begin(), squares.end(), [&](double s) { return s > kRounding * share * share * largest; });
+    return first == squares.end() ? 0 : std::sqrt(*first);
   }
 
   // The rates nearest to z that meet (1) are z and those of least norm that give what z leaves.

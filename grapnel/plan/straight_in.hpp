@@ -64,6 +64,9 @@ struct SelfMotion {
 /// phi_0(x), phi_1(x), ... into `phi`.
 void self_motion_basis(double x, std::span<double> phi);
 
+/// Singular values below, relative to the largest, are damped.
+inline constexpr double kDampedBelow = 0.02;
+
 struct StraightInProblem {
   double begin = 0, end = 0;       // [s]
   std::vector<double> position;    // joints at `begin`

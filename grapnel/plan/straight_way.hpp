@@ -14,10 +14,11 @@
 ///   min |c|^2   with   g_i(c; t) <= 0 for all t                                                                    (4)
 /// |c|^2 being the mean square of z, since the phi_k are orthonormal, and the g_i what WayLook looks at. It is solved
 /// by sequential quadratic programming: the g_i, at the instants at which an iterate comes near to violating them, made
-/// linear by (2) and (3); the c of least norm that keeps these, a least-distance program; and so on. The Hessian of (4)
-/// is the identity, so that nothing has to be learned about it. Where the g_i are so curved that steps swing about what
-/// they seek, min |c|^2 + sigma |c - c_now|^2 in its place damps them. What comes out is integrated exactly and looked
-/// at between the nodes; where more than a tolerance is missing there, that much more is asked for.
+/// linear by (2) and (3); the nearest c that keeps these, a least-distance program; and so on. The Hessian of (4) is
+/// the identity, so that nothing has to be learned about it. Steps are no longer than joints move by half a radian:
+/// rows give way for that, all alike, and what is linear of them foresees what is left. First anything is looked for
+/// that keeps all, then the least near there. What comes out is integrated exactly and looked at between the nodes;
+/// where more than a tolerance is missing there, that much more is asked for.
 
 #include <optional>
 

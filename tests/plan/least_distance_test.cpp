@@ -1,0 +1,73 @@
+/// The nearest point below linear inequalities, by the conditions that make it the nearest.
+
+#include "grapnel/plan/least_distance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "grapnel/dense/decompositions.hpp"
+
+namespace grapnel::testing {
+namespace least_distance_test {
+
+Eigen::MatrixXd random_matrix(std::mt19937& generator, Eigen::Index rows, Eigen::Index columns) {
+  return Eigen::MatrixXd::NullaryExpr(rows, columns,
+                                      [&] { return 2 * (static_cast<double>(generator()) * 0x1p-32) - 1; });
+}
+
+// x - c is made of rows that hold x, none of them pulling the other way.
+TEST(LeastDistance, IsNearestWhereTheRowsCanBeKept) {
+  double farthest = 0;
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    std::mt19937 generator(seed);
+    const Eigen::MatrixXd A = random_matrix(generator, 30, 12);
+    const Eigen::VectorXd inside = random_matrix(generator, 12, 1), c = 3 * random_matrix(generator, 12, 1);
+    const Eigen::VectorXd b = A * inside + random_matrix(generator, 30, 1).cwiseAbs();
+    const LeastDistance found = nearest_below(A, b, c);
+    const Eigen::VectorXd beyond = A * found.x - b;
+    EXPECT_LT(beyond.maxCoeff(), 1e-7) << seed;
+    EXPECT_LT(found.left, 1e-7) << seed;
+    std::vector<Eigen::Index> holding;
+    for (Eigen::Index i = 0; i < 30; ++i) {
+      if (beyond[i] > -1e-7) holding.push_back(i);
+    }
+    farthest = std::max(farthest, (found.x - c).norm());
+    if (holding.empty()) {
+      EXPECT_EQ((found.x - c).norm(), 0);
+      continue;
+    }
+    const Eigen::MatrixXd normals = A(holding, Eigen::all).transpose();
+    const Eigen::VectorXd l = least_squares_solution(normals, Eigen::VectorXd(c - found.x));
+    EXPECT_LT((normals * l - (c - found.x)).norm(), 1e-6) << seed;
+    EXPECT_GT(l.minCoeff(), -1e-6) << seed;
+  }
+  EXPECT_GT(farthest, 1);
+}
+
+// Two rows that contradict each other by 1 give way by a half each, and the others do not matter.
+TEST(LeastDistance, GivesWayEvenlyWhereTheyCannot) {
+  Eigen::MatrixXd A(3, 2);
+  A << 1, 0, -1, 0, 0, 1;
+  const Eigen::Vector3d b{0, -1, 5};
+  const LeastDistance found = nearest_below(A, b, Eigen::Vector2d(7, 2));
+  EXPECT_NEAR(found.left, 0.5, 1e-3);  // measured 2.5e-4 off: what keeps rows apart that depend on each other
+  EXPECT_NEAR(found.x[0], 0.5, 1e-6);
+  EXPECT_NEAR(found.x[1], 2, 1e-6);
+}
+
+// The more a row may give way the less far the point is.
+TEST(LeastDistance, GivesWayForAShorterWay) {
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Constant(1, 1, 2);
+  const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2), c = Eigen::VectorXd::Zero(1);
+  double before = 1.001;
+  for (const double giving : {1e-6, 0.1, 1.0, 10.0}) {
+    const LeastDistance found = nearest_below(A, b, c, giving);
+    EXPECT_LT(-found.x[0], before) << giving;
+    EXPECT_NEAR(2 * found.x[0] + 2, found.left, 1e-9) << giving;
+    before = -found.x[0];
+  }
+}
+
+}  // namespace least_distance_test
+}  // namespace grapnel::testing
