@@ -159,16 +159,18 @@ RadauIIA::RadauIIA(StiffSystem system, std::span<const double> start, std::span<
       y_begin_(y_) {
   const std::size_t n = system_.size(), x = system_.positions, w = system_.rates;
   sizes_.resize(x + w), tolerances_.resize(x + w);
-  slope_.resize(n), moved_slope_.resize(n), sum_.resize(n), moved_.resize(n);
+  const std::size_t points = std::max<std::size_t>(kStages, x + w);
+  slope_.resize(n), end_slope_.resize(n), moved_slope_.resize(n), sum_.resize(n);
+  times_.resize(points), moved_.resize(points * n), slopes_.resize((x + w) * n);
   for (std::vector<double>* each : {&Z_, &F_, &R_, &last_Z_, &scratch_}) each->assign(kStages * n, 0.0);
   X_w_.resize(x * w), W_w_.resize(w * w), W_x_.resize(w * x), curvature_.resize(w * w);
   for (Factors& f : factors_) f.re.resize(w * w), f.im.resize(w * w), f.pivot.resize(w);
   re_.resize(w), im_.resize(w);
 }
 
-bool RadauIIA::evaluate(double t, std::span<const double> y, std::span<double> dydt) {
-  ++evaluations_;
-  system_.derivative(t, y, dydt);
+bool RadauIIA::evaluate(std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
+  evaluations_ += static_cast<long>(t.size());
+  system_.derivatives(t, y, dydt);
   return finite(dydt);
 }
 
@@ -180,17 +182,23 @@ bool RadauIIA::fail(const char* why) {
 // One-sided differences; X depends on x slowly, which the iteration sees to.
 void RadauIIA::difference() {
   ++jacobians_;
-  const int x = system_.positions, w = system_.rates;
+  const int x = system_.positions, w = system_.rates, n = system_.size();
   for (int j = 0; j < x + w; ++j) {
-    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
-    moved_[j] += kIncrement * sizes_[j];
-    const double by = 1 / (moved_[j] - y_begin_[j]);
-    evaluate(begin_, moved_, sum_);
+    double* const moved = stage(moved_, j);
+    std::copy(y_begin_.begin(), y_begin_.end(), moved);
+    moved[j] += kIncrement * sizes_[j];
+    times_[j] = begin_;
+  }
+  const auto count = static_cast<std::size_t>(x + w);
+  evaluate({times_.data(), count}, {moved_.data(), count * n}, slopes_);
+  for (int j = 0; j < x + w; ++j) {
+    const double by = 1 / (stage(moved_, j)[j] - y_begin_[j]);
+    const double* const slope = stage(slopes_, j);
     if (j >= x) {
-      for (int i = 0; i < x; ++i) X_w_[(j - x) * x + i] = by * (sum_[i] - slope_[i]);
+      for (int i = 0; i < x; ++i) X_w_[(j - x) * x + i] = by * (slope[i] - slope_[i]);
     }
     double* const column = j < x ? &W_x_[static_cast<std::size_t>(j) * w] : &W_w_[static_cast<std::size_t>(j - x) * w];
-    for (int i = 0; i < w; ++i) column[i] = by * (sum_[x + i] - slope_[x + i]);
+    for (int i = 0; i < w; ++i) column[i] = by * (slope[x + i] - slope_[x + i]);
   }
   std::fill(curvature_.begin(), curvature_.end(), 0.0);
   for (int j = 0; j < w; ++j) {
@@ -387,12 +395,13 @@ void RadauIIA::correct(double h) {
 bool RadauIIA::evaluate_stages(double h) {
   const std::size_t n = system_.size();
   for (int i = 0; i < kStages; ++i) {
-    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
+    double* const moved = stage(moved_, i);
+    std::copy(y_begin_.begin(), y_begin_.end(), moved);
     const double* const z = stage(Z_, i);
-    for (int k = 0; k < system_.coupled(); ++k) moved_[k] += z[k];
-    if (!evaluate(begin_ + tableau().c[i] * h, moved_, {stage(F_, i), n})) return false;
+    for (int k = 0; k < system_.coupled(); ++k) moved[k] += z[k];
+    times_[i] = begin_ + tableau().c[i] * h;
   }
-  return true;
+  return evaluate({times_.data(), kStages}, {moved_.data(), kStages * n}, F_);
 }
 
 RadauIIA::Newton RadauIIA::solve_stages(double h) {
@@ -424,7 +433,6 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
     }
     if (!std::isfinite(size)) return Newton::failed;
     iterations_now_ = iteration + 1;
-    last_correction_ = size;
     if (iteration > 0) {
       const double ratio = size / before;
       theta = iteration == 1 ? ratio : std::sqrt(ratio * ratio_before);
@@ -443,10 +451,9 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
 }
 
 // Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
-// much larger than what is left after it.
+// much larger than what is left after it; those at the end are the next step's first, too.
 bool RadauIIA::add_quadratures(double h) {
-  if (system_.quadratures == 0) return true;
-  if (last_correction_ > kNewtonShare && !evaluate_stages(h)) return false;
+  if (!evaluate_stages(h)) return false;
   for (int i = 0; i < kStages; ++i) {
     double* const z = stage(Z_, i);
     for (int k = system_.coupled(); k < system_.size(); ++k) {
@@ -478,6 +485,9 @@ double RadauIIA::error_of(double h, std::span<const double> slope) {
 void RadauIIA::finish(double h, double t_end) {
   const double* const last = stage(Z_, kStages - 1);
   for (int k = 0; k < system_.size(); ++k) y_[k] = y_begin_[k] + last[k];
+  const double* const slope = stage(F_, kStages - 1);
+  std::copy(slope, slope + system_.size(), end_slope_.begin());
+  slope_known_ = true;
   Z_.swap(last_Z_);
   t_ = t_end, length_ = h;
   derivatives_fresh_ = false;
@@ -485,7 +495,7 @@ void RadauIIA::finish(double h, double t_end) {
 
 void RadauIIA::restart(double first_step) {
   proposed_ = first_step;
-  derivatives_known_ = false;
+  derivatives_known_ = slope_known_ = false;
   last_error_ = 0;
   contraction_ = 1;
 }
@@ -493,7 +503,12 @@ void RadauIIA::restart(double first_step) {
 bool RadauIIA::step(double limit) {
   std::copy(y_.begin(), y_.end(), y_begin_.begin());
   begin_ = t_;
-  if (!evaluate(begin_, y_begin_, slope_)) return fail("the right side is not finite");
+  if (slope_known_) {
+    slope_.swap(end_slope_);
+  } else if (!evaluate({&begin_, 1}, y_begin_, slope_)) {
+    return fail("the right side is not finite");
+  }
+  slope_known_ = false;
   bool rejected = false;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     double h = longest_ > 0 ? std::min(proposed_, longest_) : proposed_, t_end = begin_ + h;
@@ -524,7 +539,7 @@ bool RadauIIA::step(double limit) {
     if (error >= 1) {  // once more, which takes out what is stiff
       for (int k = 0; k < system_.coupled(); ++k) moved_[k] = y_begin_[k] + sum_[k];
       std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
-      if (evaluate(begin_, moved_, moved_slope_)) error = error_of(h, moved_slope_);
+      if (evaluate({&begin_, 1}, {moved_.data(), y_.size()}, moved_slope_)) error = error_of(h, moved_slope_);
     }
     const double safety = 0.9 * (2 * kMostIterations + 1) / (2 * kMostIterations + iterations_now_);
     const double small = std::max(error, 1e-12);
@@ -554,6 +569,7 @@ bool RadauIIA::end_at(double t) {
     std::copy(y_begin_.begin(), y_begin_.end(), y_.begin());
     std::fill(last_Z_.begin(), last_Z_.end(), 0.0);
     t_ = begin_, length_ = 0;
+    slope_known_ = false;
     return true;
   }
   if (!factorize(h)) return fail("the step to an event cannot be solved");
@@ -584,10 +600,5 @@ void RadauIIA::at(double t, std::span<double> y) const {
 }
 
 double RadauIIA::time_of_stage(int i) const { return begin_ + tableau().c[i] * length_; }
-
-void RadauIIA::at_stage(int i, std::span<double> y) const {
-  const double* const z = stage(last_Z_, i);
-  for (int k = 0; k < system_.size(); ++k) y[k] = y_begin_[k] + z[k];
-}
 
 }  // namespace grapnel
