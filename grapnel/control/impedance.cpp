@@ -145,22 +145,6 @@ void Impedance::sense(std::span<const ExternalWrench> wrenches) {
   if (law_.senses) sensed_.assign(wrenches.begin(), wrenches.end());
 }
 
-// Generalized forces with those of contact.
-std::vector<double> Impedance::add_sensed(const State& state, std::span<const double> force) {
-  const Model& model = response_.model();
-  std::vector<double> total(force.begin(), force.end());
-  if (sensed_.empty()) return total;
-  total.resize(static_cast<std::size_t>(model.velocities()));
-  forward_kinematics(model, state, kinematics_);
-  Eigen::MatrixXd J(6, model.velocities());
-  for (const ExternalWrench& e : sensed_) {
-    point_jacobian(model, kinematics_, e.body, e.p_WP, J);
-    const Eigen::VectorXd f = J.transpose() * stacked6(e.F_W.angular, e.F_W.linear);
-    for (Eigen::Index v = 0; v < f.size(); ++v) total[static_cast<std::size_t>(v)] += f[v];
-  }
-  return total;
-}
-
 // Of all hands, in the directions that are controlled.
 struct Impedance::Rows {
   Eigen::MatrixXd A;       // accelerations by the efforts
@@ -169,7 +153,7 @@ struct Impedance::Rows {
   Eigen::VectorXd force;   // K e - D v
 };
 
-Impedance::Rows Impedance::rows_of(double time, const State& state) {
+Impedance::Rows Impedance::rows_of(double time) {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
   const auto m = static_cast<Eigen::Index>(rows_.size()), n = static_cast<Eigen::Index>(joints().size());
@@ -178,7 +162,6 @@ Impedance::Rows Impedance::rows_of(double time, const State& state) {
             Eigen::VectorXd(m * count)};
   const std::vector<double> vdot(response_.free().data(), response_.free().data() + response_.free().size());
   const std::vector<BodyAcceleration> free = body_accelerations(model, k, vdot);
-  static_cast<void>(state);
   Eigen::MatrixXd J(6, model.velocities());
   for (Eigen::Index h = 0; h < count; ++h) {
     const ImpedanceHand& hand = law_.hands[static_cast<std::size_t>(h)];
@@ -222,9 +205,24 @@ Impedance::Rows Impedance::rows_of(double time, const State& state) {
   return rows;
 }
 
+Eigen::VectorXd Impedance::efforts(double time, const State& state) {
+  Eigen::MatrixXd J_t;
+  return say(time, state, {}, J_t).effort;
+}
+
 JointLawCommand Impedance::at(double time, const State& state, std::span<const double> force) {
-  response_.update(state, add_sensed(state, force), gravity_);
-  const Rows rows = rows_of(time, state);
+  Eigen::MatrixXd J_t;
+  JointLawCommand command = say(time, state, force, J_t);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
+  const Eigen::VectorXd& s = svd.singularValues();
+  const Eigen::Index n = J_t.rows(), m = J_t.cols();
+  command.condition = n >= m && s[0] > 0 ? s[m - 1] / s[0] : 0;
+  return command;
+}
+
+JointLawCommand Impedance::say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t) {
+  response_.update(state, force, gravity_, sensed_);
+  const Rows rows = rows_of(time);
   const auto n = static_cast<Eigen::Index>(joints().size()), m = rows.A.rows();
 
   // q'' = H*^-1 tau + ..., J*^T = H* A^T (21.3); angular rows times the reach, so that rows compare.
@@ -240,12 +238,8 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
     if (rows_[static_cast<std::size_t>(i) % rows_.size()] < 3) size[i] = length_;
   }
   const Cholesky inverse_inertia(R);
-  const Eigen::MatrixXd J_t =
-      cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
-  const Eigen::VectorXd& s = svd.singularValues();
+  J_t = cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
   JointLawCommand command;
-  command.condition = n >= m && s[0] > 0 ? s[m - 1] / s[0] : 0;
 
   // Lambda = (J* H*^-1 J*^T)^-1 (21.4)
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> S(size.asDiagonal() * rows.A * J_t);
