@@ -126,9 +126,12 @@ void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
 }
 
 // A sample outside any integration.
-void RunMonitor::instant(const CaptureSystem& system, const State& state, double time,
+void RunMonitor::instant(const CaptureSystem& system, const State& state, double time) {
+  instant(system, state, forward_kinematics(system.model, state), time, {});
+}
+
+void RunMonitor::instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
                          std::span<const GraspSample> grasps) {
-  const Kinematics kinematics = forward_kinematics(system.model, state);
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
   wheels_.look(system, state, {});
@@ -171,17 +174,17 @@ void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& s
 // An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
 void RunMonitor::sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
                                  const CompliantSample& sample) {
-  std::vector<GraspSample> grasps(problem_.grasps.size());
-  for (std::size_t i = 0; i < closing.size(); ++i) {
+  std::vector<GraspSample> grasps(recorder_ ? problem_.grasps.size() : 0);  // for the record alone
+  for (std::size_t i = 0; recorder_ && i < closing.size(); ++i) {
     grasps[closing[i]].holds = true;
     grasps[closing[i]].F_WC = sample.grasp_wrenches[i];
   }
-  for (std::size_t i = 0; i < system.grasps.size(); ++i) {
+  for (std::size_t i = 0; recorder_ && i < system.grasps.size(); ++i) {
     GraspSample& held = grasps[system.grasps[i].grasp];
     held.holds = true;
     held.F_WC = sample.held_wrenches[i];
   }
-  instant(system, sample.state, begin + sample.time, grasps);
+  instant(system, sample.state, sample.kinematics, begin + sample.time, grasps);
 }
 
 void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,

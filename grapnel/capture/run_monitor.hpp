@@ -75,8 +75,8 @@ class RunMonitor {
   void begin_contact(const std::string& phase);
   /// From now on until the next phase the servicer and the grasps' targets are one group of bodies.
   void touch(const std::vector<std::size_t>& grasps);
-  /// An instant just before or after an impact. `grasps`: per grasp of the problem; empty: none holds.
-  void instant(const CaptureSystem& system, const State& state, double time, std::span<const GraspSample> grasps = {});
+  /// An instant just before or after an impact.
+  void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
   /// problem's grasps that close.
@@ -98,6 +98,9 @@ class RunMonitor {
 
  private:
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
+  /// `grasps`: per grasp of the problem; empty: none holds.
+  void instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
+               std::span<const GraspSample> grasps);
   void sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
                        const CompliantSample& sample);
 

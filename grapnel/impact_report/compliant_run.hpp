@@ -14,6 +14,7 @@ namespace grapnel {
 struct CompliantSample {
   double time = 0;                      // from its beginning [s]
   State state;                          // of the system given
+  Kinematics kinematics;                // there
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
   std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which hold already: likewise
   /// What a fixed base's mount put in since the sample before, about the world's origin, in W: all that there was.
