@@ -41,6 +41,8 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
     coordinates_.push_back(model.bodies()[model.joints()[j]].q);
     limits_.push_back(model.bodies()[model.joints()[j]].description.joint.limits.effort);
   }
+  unit_ = Eigen::MatrixXd::Zero(model.velocities(), static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t j = 0; j < joints_.size(); ++j) unit_(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
   for (int j : steady) steady_[model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v] = 1;
 }
 
@@ -63,16 +65,13 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
     if (steady_[v] != 0) mass_.row(v).setZero(), mass_.col(v).setZero(), mass_(v, v) = 1;
   }
   inertia_.factor(mass_);
-  columns_ = RightSides::Zero(model_.velocities(), static_cast<Eigen::Index>(joints_.size()));
-  for (std::size_t j = 0; j < joints_.size(); ++j) columns_(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
-  inertia_.solve(columns_);
-  response_ = columns_;
+  inertia_.solve(unit_, response_);
   if (closures_.empty()) return;
 
   // With the closures' J vdot + Jdot v = 0: vdot - M^-1 J^T W^+ (J vdot + Jdot v), W = J M^-1 J^T (2.10).
   close_loops();
-  RightSides spread = rows_.transpose();
-  inertia_.solve(spread);
+  Eigen::MatrixXd spread;
+  inertia_.solve(rows_.transpose(), spread);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> W(rows_ * spread);
   Eigen::VectorXd inverse = W.eigenvalues();
   const double least = kRedundant * inverse.maxCoeff();

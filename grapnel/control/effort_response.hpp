@@ -62,7 +62,7 @@ class EffortResponse {
   std::vector<double> beside_, zero_, vdot_;
   std::vector<BodyAcceleration> velocity_terms_;
   Eigen::MatrixXd mass_, response_, rows_;
-  RightSides columns_;
+  Eigen::MatrixXd unit_;  // velocities x driven joints
   Eigen::VectorXd free_, row_terms_, free_multipliers_;
   Eigen::MatrixXd multiplier_response_;
 };

@@ -3,11 +3,26 @@
 #include <cmath>
 
 namespace grapnel {
+namespace {
 
-BranchCholesky::BranchCholesky(const Model& model)
-    : supporting_(model.velocities()), L_(model.velocities(), model.velocities()) {
+constexpr std::size_t kBlock = 8;  // right sides at once
+
+void subtract(double factor, const double* from, double* to, std::size_t blocks) {
+  for (std::size_t b = 0; b < blocks; ++b, from += kBlock, to += kBlock) {
+    for (std::size_t k = 0; k < kBlock; ++k) to[k] -= factor * from[k];
+  }
+}
+
+void scale(double factor, double* row, std::size_t blocks) {
+  for (std::size_t k = 0; k < blocks * kBlock; ++k) row[k] *= factor;
+}
+
+}  // namespace
+
+BranchCholesky::BranchCholesky(const Model& model) {
   // Joints that move by modes share them: their mass matrix has no zeros to count on.
   const bool dense = !model.tree().chains.empty();
+  std::vector<std::vector<int>> on(model.velocities());
   std::vector<int> last(model.bodies().size(), -1);  // velocity of a body or of the nearest that carries it
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& body = model.bodies()[i];
@@ -15,43 +30,66 @@ BranchCholesky::BranchCholesky(const Model& model)
     for (int k = 0; k < velocity_count(body.description.joint.type); ++k) {
       const int v = body.v + k;
       if (before >= 0) {
-        supporting_[v].push_back(before);
-        supporting_[v].insert(supporting_[v].end(), supporting_[before].begin(), supporting_[before].end());
+        on[v].push_back(before);
+        on[v].insert(on[v].end(), on[before].begin(), on[before].end());
       }
       order_.push_back(v);
       before = v;
     }
     last[i] = before;
   }
+  begin_.push_back(0);
+  for (const std::vector<int>& row : on) {
+    on_.insert(on_.end(), row.begin(), row.end());
+    begin_.push_back(on_.size());
+  }
+  L_.resize(on_.size());
+  inverse_.resize(rows());
 }
 
 void BranchCholesky::factor(const Eigen::MatrixXd& M) {
   for (const int i : order_) {
-    L_(i, i) = M(i, i);
-    for (const int j : supporting_[i]) L_(i, j) = i > j ? M(i, j) : M(j, i);
+    inverse_[i] = M(i, i);
+    for (std::size_t e = begin_[i]; e < begin_[i + 1]; ++e) L_[e] = i > on_[e] ? M(i, on_[e]) : M(on_[e], i);
   }
-  for (std::size_t n = order_.size(); n-- > 0;) {
+  for (std::size_t n = rows(); n-- > 0;) {
     const int k = order_[n];
-    const std::vector<int>& on = supporting_[k];
-    const double inverse = 1 / std::sqrt(L_(k, k));
-    L_(k, k) = inverse;
-    for (const int i : on) L_(k, i) *= inverse;
-    for (std::size_t a = 0; a < on.size(); ++a) {
-      const int i = on[a];
-      for (std::size_t b = a; b < on.size(); ++b) L_(i, on[b]) -= L_(k, i) * L_(k, on[b]);
+    inverse_[k] = 1 / std::sqrt(inverse_[k]);
+    double* const row = L_.data() + begin_[k];
+    const std::size_t count = begin_[k + 1] - begin_[k];
+    for (std::size_t a = 0; a < count; ++a) row[a] *= inverse_[k];
+    // What carries a velocity that carries k is what follows it in k's row.
+    for (std::size_t a = 0; a < count; ++a) {
+      const int i = on_[begin_[k] + a];
+      inverse_[i] -= row[a] * row[a];
+      double* const carrier = L_.data() + begin_[i];
+      for (std::size_t b = a + 1; b < count; ++b) carrier[b - a - 1] -= row[a] * row[b];
     }
   }
 }
 
-void BranchCholesky::solve(RightSides& X) const {
-  for (std::size_t n = order_.size(); n-- > 0;) {  // L^T Y = X
+void BranchCholesky::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
+  const auto columns = static_cast<std::size_t>(B.cols());
+  const std::size_t blocks = (columns + kBlock - 1) / kBlock, stride = blocks * kBlock;
+  X_.assign(rows() * stride, 0.0);
+  for (std::size_t i = 0; i < rows(); ++i) {
+    for (std::size_t k = 0; k < columns; ++k)
+      X_[i * stride + k] = B(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+  }
+  const auto row = [&](int i) { return X_.data() + static_cast<std::size_t>(i) * stride; };
+  for (std::size_t n = rows(); n-- > 0;) {  // L^T Y = B
     const int i = order_[n];
-    X.row(i) *= L_(i, i);
-    for (const int j : supporting_[i]) X.row(j) -= L_(i, j) * X.row(i);
+    scale(inverse_[i], row(i), blocks);
+    for (std::size_t e = begin_[i]; e < begin_[i + 1]; ++e) subtract(L_[e], row(i), row(on_[e]), blocks);
   }
   for (const int i : order_) {  // L X = Y
-    for (const int j : supporting_[i]) X.row(i) -= L_(i, j) * X.row(j);
-    X.row(i) *= L_(i, i);
+    for (std::size_t e = begin_[i]; e < begin_[i + 1]; ++e) subtract(L_[e], row(on_[e]), row(i), blocks);
+    scale(inverse_[i], row(i), blocks);
+  }
+  X.resize(B.rows(), B.cols());
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (std::size_t i = 0; i < rows(); ++i)
+      X(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = X_[i * stride + k];
   }
 }
 

@@ -11,23 +11,25 @@
 
 namespace grapnel {
 
-/// Rows of right sides, as many columns as there are solutions.
-using RightSides = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Allocates when it is made. Thread safety: one thread at a time.
+/// Thread safety: one thread at a time.
 class BranchCholesky {
  public:
   explicit BranchCholesky(const Model& model);
 
   /// M has the zeros of the model's mass matrix; only what is on and below its diagonal is read.
   void factor(const Eigen::MatrixXd& M);
-  /// M^-1 X in place.
-  void solve(RightSides& X) const;
+  /// X = M^-1 B, of one size with B.
+  void solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X);
 
  private:
-  std::vector<int> order_;                    // velocities, from the roots out
-  std::vector<std::vector<int>> supporting_;  // per velocity: those nearer to the root that carry it, nearest first
-  RightSides L_;                              // row of a velocity, columns of those that carry it; inverse diagonal
+  std::size_t rows() const { return order_.size(); }
+
+  std::vector<int> order_;          // velocities, from the roots out
+  std::vector<std::size_t> begin_;  // of a velocity's row in the two below
+  std::vector<int> on_;             // velocities nearer to the root that carry it, nearest first
+  std::vector<double> L_;           // their columns
+  std::vector<double> inverse_;     // of the diagonal
+  std::vector<double> X_;           // row by row, padded
 };
 
 }  // namespace grapnel
