@@ -133,22 +133,23 @@ Momentumd momentum_about_origin(const Model& model, const State& state) {
   return momentum_about(model, forward_kinematics(model, state), Vector3d::zero());
 }
 
-// Of `outcome`, whose states move to the samples; peaks of the joints' loads go to the report.
-void add_samples(const CompliantTask& task, const Yielding& yielding, CompliantOutcome& outcome, CompliantRun& run) {
+// All that the samples say: peaks of the joints' loads go to the report.
+void look_at_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                     CompliantRun& run) {
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
   JointPeaks peaks(model, run.report.joints);
   Momentumd before = momentum_about_origin(model, task.met);
+  CompliantSample sample;
+  sample.kinematics = Kinematics(model);
+  const Kinematics& k = sample.kinematics;
   std::vector<ExternalWrench> external;
   std::vector<Wrenchd> through;  // per body: what its joint passes on
-  run.samples.reserve(outcome.times.size());
   for (std::size_t s = 0; s < outcome.times.size(); ++s) {
-    CompliantSample& sample = run.samples.emplace_back();
     sample.time = outcome.times[s];
-    sample.state = std::move(outcome.states[s]);
-    sample.kinematics = forward_kinematics(model, sample.state);
-    const Kinematics& k = sample.kinematics;
-    external.clear();
+    sample.state = outcome.states[s];
+    forward_kinematics(model, sample.state, sample.kinematics);
+    external.clear(), sample.grasp_wrenches.clear(), sample.held_wrenches.clear();
     for (std::size_t i = 0; i < yielding.size(); ++i) {
       const ForceHistory& h = yielding.history(outcome, i);
       const Wrenchd F{h.moment[s], h.force[s]};
@@ -156,19 +157,21 @@ void add_samples(const CompliantTask& task, const Yielding& yielding, CompliantO
       external.push_back({yielding.bodies(i).second, h.point[s], -F});
       sample.grasp_wrenches.push_back(F);
     }
-    const std::vector<double>& vdot = outcome.accelerations[s];
-    joint_wrenches(model, k, vdot, external, through);
+    joint_wrenches(model, k, outcome.accelerations[s], external, through);
     peaks.look(sample.time, k, through);
     for (const HeldGrasp& held : task.system.grasps) {  // its target hangs on the robot: what reaches it, reversed
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
     }
-    if (!fixed) continue;
-    const Momentumd now = momentum_about(model, k, Vector3d::zero());  // nothing else acts on the whole
-    sample.from_ground = now - before;
-    before = now;
+    if (fixed) {  // nothing else acts on the whole
+      const Momentumd now = momentum_about(model, k, Vector3d::zero());
+      sample.from_ground = now - before;
+      before = now;
+    }
+    if (task.look) task.look(sample);
   }
+  if (fixed) run.from_ground = momentum_about_origin(model, run.after) - before;
   run.joint_peaks = std::move(peaks).times();
 }
 
@@ -296,8 +299,8 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   std::vector<int> held;
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   const CompliantSetup& setup = task.problem.impact->compliant;
-  CompliantOutcome outcome = compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(), setup,
-                                              held, task.each_step, task.drive);
+  const CompliantOutcome outcome = compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(),
+                                                    setup, held, task.each_step, task.drive);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
     run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);
@@ -307,12 +310,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   run.duration = outcome.duration;
   run.energy_residual = outcome.energy_residual;
   describe(task, yielding, outcome, run);
-  add_samples(task, yielding, outcome, run);
-  if (!task.system.model.has_free_root(task.system.base)) {
-    const State& last = run.samples.empty() ? task.met : run.samples.back().state;
-    run.from_ground =
-        momentum_about_origin(task.system.model, run.after) - momentum_about_origin(task.system.model, last);
-  }
+  look_at_samples(task, yielding, outcome, run);
   describe_unfinished(task, yielding, outcome, run);
   return run;
 }
