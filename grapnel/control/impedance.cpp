@@ -191,19 +191,50 @@ Impedance::Rows Impedance::rows_of(double time) {
     }
     const Vector3d angular = R * divided(transposed_times(R, twist + F.angular), law_.inertia);
     point_jacobian(model, k, hand.body, X_WE.p, J);
-    const Eigen::MatrixXd A = J * response_.response();
     const BodyAcceleration& now = free[hand.body];
     const Vector6 a = stacked6(now.angular, now.linear + cross(now.angular, arm) + cross(w, cross(w, arm)));
     const Vector6 wanted = stacked6(D.A.angular + angular, D.A.linear + linear);
     const Vector6 force = stacked6(twist, pull);
     for (Eigen::Index i = 0; i < m; ++i) {
       const int row = rows_[static_cast<std::size_t>(i)];
-      rows.A.row(m * h + i) = A.row(row);
+      // Small: without the blocks and buffers of large products.
+      rows.A.row(m * h + i) = J.row(row).lazyProduct(response_.response());
       rows.free[m * h + i] = a[row], rows.wanted[m * h + i] = wanted[row], rows.force[m * h + i] = force[row];
     }
   }
   return rows;
 }
+
+namespace {
+
+// S^+ of a symmetric positive semidefinite matrix, times what is weighted by `size`.
+class Inverse {
+ public:
+  Inverse(const Eigen::MatrixXd& S, const Eigen::VectorXd& size) : size_(size), regular_(S) {
+    // The least eigenvalue over the largest is no less than the determinant over the trace to the power of the size:
+    // most often it is seen without eigenvalues that none is to be left out.
+    const auto L = regular_.matrixLLT().diagonal();
+    is_regular_ = regular_.info() == Eigen::Success && (L.array().square() / S.trace()).prod() > kUnreachable;
+    if (is_regular_) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    vectors_ = eigen.eigenvectors(), inverse_ = eigen.eigenvalues();
+    const double least = kUnreachable * inverse_.maxCoeff();
+    for (double& value : inverse_) value = value > least ? 1 / value : 0;
+  }
+  Eigen::VectorXd operator()(const Eigen::VectorXd& a) const {
+    if (is_regular_) return cholesky_solution(regular_, Eigen::VectorXd(size_.cwiseProduct(a)));
+    return vectors_ * inverse_.cwiseProduct(vectors_.transpose() * size_.cwiseProduct(a));
+  }
+
+ private:
+  const Eigen::VectorXd& size_;
+  Cholesky regular_;
+  bool is_regular_ = false;
+  Eigen::MatrixXd vectors_;
+  Eigen::VectorXd inverse_;
+};
+
+}  // namespace
 
 Eigen::VectorXd Impedance::efforts(double time, const State& state) {
   Eigen::MatrixXd J_t;
@@ -241,14 +272,7 @@ JointLawCommand Impedance::say(double time, const State& state, std::span<const 
   J_t = cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
   JointLawCommand command;
 
-  // Lambda = (J* H*^-1 J*^T)^-1 (21.4)
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> S(size.asDiagonal() * rows.A * J_t);
-  Eigen::VectorXd inverse = S.eigenvalues();
-  const double least = kUnreachable * inverse.maxCoeff();
-  for (double& value : inverse) value = value > least ? 1 / value : 0;
-  const auto lambda = [&](const Eigen::VectorXd& a) -> Eigen::VectorXd {
-    return S.eigenvectors() * inverse.cwiseProduct(S.eigenvectors().transpose() * size.cwiseProduct(a));
-  };
+  const Inverse lambda(size.asDiagonal() * rows.A * J_t, size);  // (J* H*^-1 J*^T)^-1 (21.4)
   const Eigen::VectorXd moving = law_.transpose
                                      ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (21.6)
                                      : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (21.2)
