@@ -1,5 +1,7 @@
 // The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm grasping a
-// target of its own; and the latter with all arms on one target (arms x joints of each).
+// target of its own; and the latter with all arms on one target (arms x joints of each). The same impacts in time, with
+// grasps that yield: an implicit stepper whose stages and Jacobians are evaluated in packs, per instruction set, and in
+// doubles.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -12,6 +14,8 @@
 #include "bench/dynamics_bench.hpp"
 #include "bench/workload.hpp"
 #include "fast_impact/impact_solver.hpp"
+#include "grapnel/impact/compliant_scales.hpp"
+#include "grapnel/impact/compliant_stepper.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -100,6 +104,61 @@ void add_plastic_impact(const SharedImpact& impacts) {
   });
 }
 
+// --- In time ---
+
+using Set = std::optional<lanes::InstructionSet>;
+constexpr double kUntil = 0.1;  // [s]
+
+// Velocities after an impact in time of one state.
+std::vector<double> step_through(const ImpactWorkload& impacts, int i, Set set) {
+  const Model& model = impacts.base.model;
+  const State& state = impacts.base.states[i];
+  std::vector<CompliantGrasp> grasps;
+  for (const Grasp& g : impacts.grasps[i]) grasps.push_back({g, 2e5, 3e3, 2e4, 1e3});
+  CompliantSystem system(model, state, {}, grasps, {}, nullptr, set);
+  system.load(0, std::vector<double>(system.size(), 0.0));
+  const CompliantScales scales = compliant_scales(model, state, system, {}, grasps);
+  StiffIntegrator integrator(system, absolute_tolerances(model, scales, 1), absolute_tolerances(model, scales, 1e-9),
+                             1e-4 * scales.shortest_time, kUntil);
+  StiffIntegrator::Result made;
+  do made = integrator.step();
+  while (made == StiffIntegrator::Result::stepped);
+  if (made != StiffIntegrator::Result::end) throw std::runtime_error(integrator.message());
+  system.load(integrator.time(), integrator.y());
+  return system.now().v;
+}
+
+void check_steps(const ImpactWorkload& impacts, Set set) {
+  for (int i = 0; i < Workload::kCases; ++i) {
+    const std::vector<double> doubles = step_through(impacts, i, {}), packs = step_through(impacts, i, set);
+    double difference = 0, size = 0;
+    for (std::size_t v = 0; v < doubles.size(); ++v) {
+      difference = std::max(difference, std::abs(doubles[v] - packs[v]));
+      size = std::max(size, std::abs(doubles[v]));
+    }
+    if (!(difference <= 1e-9 * size))
+      throw std::runtime_error(
+          fmt::format("{} in time: velocities differ by {:.3g} of {:.3g}", impacts.base.name, difference, size));
+  }
+}
+
+void add_steps(const SharedImpact& impacts) {
+  std::vector<Set> sets{std::nullopt};
+  for (const lanes::InstructionSet set : lanes::supported_instruction_sets()) sets.emplace_back(set);
+  for (const Set set : sets) {
+    check_steps(*impacts, set);
+    const std::string at = set ? "@" + std::string(lanes::name(*set)) : "";
+    benchmark::RegisterBenchmark(("compliant_steps" + at + "/" + impacts->base.name).c_str(),
+                                 [impacts, set](benchmark::State& timer) {
+                                   int i = 0;
+                                   for (auto _ : timer) {
+                                     benchmark::DoNotOptimize(step_through(*impacts, i, set));
+                                     i = (i + 1) % Workload::kCases;
+                                   }
+                                 });
+  }
+}
+
 }  // namespace
 
 void register_impacts() {
@@ -110,6 +169,9 @@ void register_impacts() {
     add_solve(impacts);
     add_plastic_impact(impacts);
   }
+  for (const SharedImpact& impacts :
+       {make_impacts("a+2targets", 2, 3, false, true), make_impacts("b+2targets", 2, 7, true, true)})
+    add_steps(impacts);
 }
 
 }  // namespace grapnel::bench

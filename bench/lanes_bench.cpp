@@ -14,8 +14,8 @@
 #include "bench/workload.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/articulated_body.hpp"
-#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/lane_loops_setup.hpp"
+#include "grapnel/pack/dispatch.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::bench {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench/dynamics_bench.hpp"
-#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel::bench {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "bench/dynamics_bench.hpp"
 #include "bench/rollout_workload.hpp"
-#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/rollout.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel::bench {
 namespace {

@@ -20,7 +20,7 @@
 
 #include "grapnel/campaign/criterion.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/study/column.hpp"
 #include "grapnel/study/grid.hpp"
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/json_document.hpp"

@@ -348,14 +348,20 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model, bodies.state,
                                bodies.time, meeting_contacts, masses))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock());
+  bool looked = false;
+  const auto look = [&](const CompliantSample& sample) {
+    if (!looked) run.monitor.begin_impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing);
+    looked = true;
+    run.monitor.look_in_impact(sample);
+  };
   CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, met, bodies.time, held,
-                                        stopping, each_step, drive ? &*drive : nullptr},
+                                        stopping, each_step, drive ? &*drive : nullptr, look},
                                        bodies.state);
   if (!outcome.failure.empty()) throw RunFailure(outcome.failure);
   note_target_speeds(bodies.system.model, met, outcome.after, meeting_contacts, masses);
   outcome.report.effective_masses = std::move(masses);
   for (const std::string& warning : outcome.warnings) run.result.warnings.push_back(warning);
-  run.monitor.impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing, outcome);
+  run.monitor.end_impact_in_time(outcome);
   bodies.state = outcome.after;
   bodies.time += outcome.duration;
   return outcome;

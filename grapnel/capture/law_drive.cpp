@@ -51,9 +51,9 @@ void LawDrive::efforts(double t, const State& state, std::span<const ExternalWre
     return;
   }
   law_->sense(wrenches);
-  const JointLawCommand said = law_->at(begin_ + t, state, {});
+  const Eigen::VectorXd said = law_->efforts(begin_ + t, state);
   for (std::size_t j = 0; j < law_->joints().size(); ++j)
-    effort[velocity_of(law_->joints()[j])] = said.effort[static_cast<Eigen::Index>(j)];
+    effort[velocity_of(law_->joints()[j])] = said[static_cast<Eigen::Index>(j)];
 }
 
 }  // namespace grapnel

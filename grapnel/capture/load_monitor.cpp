@@ -358,21 +358,28 @@ void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, s
   }
 }
 
-void LoadMonitor::held(const std::string& phase, double begin, std::span<const std::string> end_effectors,
-                       std::span<const CompliantSample> samples) {
-  for (std::size_t g = 0; g < end_effectors.size(); ++g) {
-    PeakLoad force{end_effectors[g], "force", phase, 0, begin, rating_of(end_effectors[g]).force, false};
-    PeakLoad moment{end_effectors[g], "moment", phase, 0, begin, rating_of(end_effectors[g]).moment, false};
-    const auto raise = [&](PeakLoad& load, double value, double time) {
-      if (!(value <= load.peak)) load.peak = value, load.time = begin + time;
-    };
-    for (const CompliantSample& sample : samples) {
-      raise(force, norm(sample.held_wrenches[g].linear), sample.time);
-      raise(moment, norm(sample.held_wrenches[g].angular), sample.time);
-    }
-    note(std::move(force));
-    note(std::move(moment));
+void LoadMonitor::begin_held(const std::string& phase, double begin, std::span<const std::string> end_effectors) {
+  held_begin_ = begin;
+  held_.clear();
+  for (const std::string& end_effector : end_effectors) {
+    held_.push_back({end_effector, "force", phase, 0, begin, rating_of(end_effector).force, false});
+    held_.push_back({end_effector, "moment", phase, 0, begin, rating_of(end_effector).moment, false});
   }
+}
+
+void LoadMonitor::look_held(const CompliantSample& sample) {
+  const auto raise = [&](PeakLoad& load, double value) {
+    if (!(value <= load.peak)) load.peak = value, load.time = held_begin_ + sample.time;
+  };
+  for (std::size_t g = 0; 2 * g < held_.size(); ++g) {
+    raise(held_[2 * g], norm(sample.held_wrenches[g].linear));
+    raise(held_[2 * g + 1], norm(sample.held_wrenches[g].angular));
+  }
+}
+
+void LoadMonitor::end_held() {
+  for (PeakLoad& load : held_) note(std::move(load));
+  held_.clear();
 }
 
 void LoadMonitor::write(CaptureResult& result) {

@@ -104,9 +104,11 @@ class LoadMonitor {
   void end_phase();
   /// What joints and grasps of the report bore in an impact. `peaks`: of one in time, per entry of report.joints.
   void impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks = {});
-  /// What grasps that hold already, of these end-effectors, bear in an impact in time: the largest of its samples.
-  void held(const std::string& phase, double begin, std::span<const std::string> end_effectors,
-            std::span<const CompliantSample> samples);
+  /// What grasps that hold already pass on at the samples of an impact in time: `end_effectors` in the order of
+  /// CompliantSample::held_wrenches.
+  void begin_held(const std::string& phase, double begin, std::span<const std::string> end_effectors);
+  void look_held(const CompliantSample& sample);
+  void end_held();
   /// Drives at their limits and beyond, in the phase that has ended last.
   std::vector<LimitEvent> take_events() { return std::exchange(events_, {}); }
   /// Peaks of all phases and the loads on grasps. Ends a phase that a failure has left open.
@@ -138,6 +140,8 @@ class LoadMonitor {
   std::vector<double> motor_;
   // What has been found:
   std::vector<PeakLoad> peaks_;
+  std::vector<PeakLoad> held_;  // during an impact in time: force and moment per grasp
+  double held_begin_ = 0;
   std::vector<GraspLoad> grasps_;
   std::vector<LimitEvent> events_;
 };

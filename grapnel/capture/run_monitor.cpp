@@ -126,9 +126,12 @@ void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
 }
 
 // A sample outside any integration.
-void RunMonitor::instant(const CaptureSystem& system, const State& state, double time,
+void RunMonitor::instant(const CaptureSystem& system, const State& state, double time) {
+  instant(system, state, forward_kinematics(system.model, state), time, {});
+}
+
+void RunMonitor::instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
                          std::span<const GraspSample> grasps) {
-  const Kinematics kinematics = forward_kinematics(system.model, state);
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
   wheels_.look(system, state, {});
@@ -147,41 +150,47 @@ void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) 
   loads_.impact(phase, outcome.report);
 }
 
-void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
-                                const std::vector<std::size_t>& closing, const CompliantRun& run) {
-  // Where the approach was: not if the impact alone is asked for.
-  const bool watched = watches_.watching();
-  if (watched) {
+void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met,
+                                      double begin, const std::vector<std::size_t>& closing) {
+  impact_ = {&system, begin, closing, watches_.watching()};  // watched where the approach was: not if the impact alone
+                                                             // is asked for
+  if (impact_.watched) {
     watches_.begin_phase(phase, system, false);
     watches_.sample(begin, met, {});
   }
-  for (const CompliantSample& sample : run.samples) {
-    conservation_.enter(sample.from_ground);
-    if (watched) watches_.sample(begin + sample.time, sample.state, {});
-    sample_yielding(system, begin, closing, sample);
-  }
-  if (watched) watches_.end_phase();
   std::vector<std::string> end_effectors;
   for (const HeldGrasp& grasp : system.grasps) end_effectors.push_back(problem_.grasps[grasp.grasp].end_effector);
-  loads_.held(phase, begin, end_effectors, run.samples);
+  loads_.begin_held(phase, begin, end_effectors);
+}
+
+void RunMonitor::look_in_impact(const CompliantSample& sample) {
+  conservation_.enter(sample.from_ground);
+  if (impact_.watched) watches_.sample(impact_.begin + sample.time, sample.state, {});
+  sample_yielding(sample);
+  loads_.look_held(sample);
+}
+
+void RunMonitor::end_impact_in_time(const CompliantRun& run) {
+  if (impact_.watched) watches_.end_phase();
+  loads_.end_held();
   conservation_.enter(run.from_ground);
   impact_checks_.note_compliant(run.energy_residual);
 }
 
 // An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
-void RunMonitor::sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
-                                 const CompliantSample& sample) {
-  std::vector<GraspSample> grasps(problem_.grasps.size());
-  for (std::size_t i = 0; i < closing.size(); ++i) {
-    grasps[closing[i]].holds = true;
-    grasps[closing[i]].F_WC = sample.grasp_wrenches[i];
+void RunMonitor::sample_yielding(const CompliantSample& sample) {
+  const CaptureSystem& system = *impact_.system;
+  std::vector<GraspSample> grasps;
+  if (recorder_) {
+    grasps.resize(problem_.grasps.size());
+    const auto hold = [&](std::size_t grasp, const Wrenchd& F_WC) {
+      grasps[grasp].holds = true;
+      grasps[grasp].F_WC = F_WC;
+    };
+    for (std::size_t i = 0; i < impact_.closing.size(); ++i) hold(impact_.closing[i], sample.grasp_wrenches[i]);
+    for (std::size_t i = 0; i < system.grasps.size(); ++i) hold(system.grasps[i].grasp, sample.held_wrenches[i]);
   }
-  for (std::size_t i = 0; i < system.grasps.size(); ++i) {
-    GraspSample& held = grasps[system.grasps[i].grasp];
-    held.holds = true;
-    held.F_WC = sample.held_wrenches[i];
-  }
-  instant(system, sample.state, begin + sample.time, grasps);
+  instant(system, sample.state, sample.kinematics, impact_.begin + sample.time, grasps);
 }
 
 void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,

@@ -75,13 +75,15 @@ class RunMonitor {
   void begin_contact(const std::string& phase);
   /// From now on until the next phase the servicer and the grasps' targets are one group of bodies.
   void touch(const std::vector<std::size_t>& grasps);
-  /// An instant just before or after an impact. `grasps`: per grasp of the problem; empty: none holds.
-  void instant(const CaptureSystem& system, const State& state, double time, std::span<const GraspSample> grasps = {});
+  /// An instant just before or after an impact.
+  void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
-  /// problem's grasps that close.
-  void impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
-                      const std::vector<std::size_t>& closing, const CompliantRun& run);
+  /// problem's grasps that close; its samples in turn; its end.
+  void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
+                            const std::vector<std::size_t>& closing);
+  void look_in_impact(const CompliantSample& sample);
+  void end_impact_in_time(const CompliantRun& run);
   /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.
   void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
                  std::span<const JointPeakTimes> peaks);
@@ -98,8 +100,18 @@ class RunMonitor {
 
  private:
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
-  void sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
-                       const CompliantSample& sample);
+  /// `grasps`: per grasp of the problem; empty: none holds.
+  void instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
+               std::span<const GraspSample> grasps);
+  void sample_yielding(const CompliantSample& sample);
+
+  // An impact in time that is looked at.
+  struct ImpactInTime {
+    const CaptureSystem* system = nullptr;
+    double begin = 0;
+    std::vector<std::size_t> closing;
+    bool watched = false;
+  };
 
   const CaptureProblem& problem_;
   const CaptureDetail detail_;
@@ -114,6 +126,7 @@ class RunMonitor {
   JointMonitor joints_;
   ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;
+  ImpactInTime impact_;
   double last_look_ = 0;
   // The phase under way:
   std::string name_;

@@ -25,9 +25,12 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
                                const std::vector<int>& steady)
     : model_(model),
       joints_(std::move(joints)),
+      steady_(static_cast<std::size_t>(model.velocities())),
       closures_(std::move(closures)),
       workspace_(model),
-      kinematics_(model),
+      inertia_(model),
+      zero_(steady_.size()),
+      vdot_(steady_.size()),
       mass_(model.velocities(), model.velocities()),
       rows_(closure_rows(closures_), model.velocities()),
       row_terms_(closure_rows(closures_)) {
@@ -38,29 +41,37 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
     coordinates_.push_back(model.bodies()[model.joints()[j]].q);
     limits_.push_back(model.bodies()[model.joints()[j]].description.joint.limits.effort);
   }
-  for (int j : steady) steady_.push_back(model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v);
+  unit_ = Eigen::MatrixXd::Zero(model.velocities(), static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t j = 0; j < joints_.size(); ++j) unit_(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
+  for (int j : steady) steady_[model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v] = 1;
 }
 
-void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity) {
-  forward_kinematics(model_, state, kinematics_);
-  velocity_terms_ = body_accelerations(model_, kinematics_, {});
-  mass_matrix(model_, state, workspace_, mass_);
-  bias(model_, state, gravity, workspace_, bias_);
+void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity,
+                            std::span<const ExternalWrench> wrenches) {
+  forward_kinematics(model_, state, workspace_.kinematics);
+  velocity_terms_ = body_accelerations(model_, workspace_.kinematics, {});
   // M vdot = force - c + S^T tau (2.7)
-  Eigen::VectorXd right = -as_vector(bias_);
-  if (!force.empty()) right += Eigen::Map<const Eigen::VectorXd>(force.data(), static_cast<Eigen::Index>(force.size()));
+  gather_external(model_, wrenches, workspace_);
+  beside_.assign(force.begin(), force.end());
+  beside_.resize(zero_.size());
+  DynamicsInput<double> in;
+  in.q = state.q, in.v = state.v, in.force = beside_, in.gravity = gravity, in.link_wrench = workspace_.link_wrench;
+  in.prescribed = steady_, in.acceleration = zero_;
+  articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
+  free_ = as_vector(vdot_);
+  mass_matrix(model_, state, workspace_, mass_);
   // Accelerations of these are zero: their rows and columns are left out.
-  for (int v : steady_) mass_.row(v).setZero(), mass_.col(v).setZero(), mass_(v, v) = 1, right(v) = 0;
-  const Cholesky inertia(mass_);
-  free_ = cholesky_solution(inertia, right);
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(model_.velocities(), static_cast<Eigen::Index>(joints_.size()));
-  for (std::size_t j = 0; j < joints_.size(); ++j) unit(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
-  response_ = cholesky_solution(inertia, unit);
+  for (int v = 0; v < model_.velocities(); ++v) {
+    if (steady_[v] != 0) mass_.row(v).setZero(), mass_.col(v).setZero(), mass_(v, v) = 1;
+  }
+  inertia_.factor(mass_);
+  inertia_.solve(unit_, response_);
   if (closures_.empty()) return;
 
   // With the closures' J vdot + Jdot v = 0: vdot - M^-1 J^T W^+ (J vdot + Jdot v), W = J M^-1 J^T (2.10).
   close_loops();
-  const Eigen::MatrixXd spread = cholesky_solution(inertia, Eigen::MatrixXd(rows_.transpose()));
+  Eigen::MatrixXd spread;
+  inertia_.solve(rows_.transpose(), spread);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> W(rows_ * spread);
   Eigen::VectorXd inverse = W.eigenvalues();
   const double least = kRedundant * inverse.maxCoeff();
@@ -76,15 +87,16 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
 // J and Jdot v of all closures, in the frames C.
 void EffortResponse::close_loops() {
   const int nv = model_.velocities();
+  const Kinematics& kinematics = workspace_.kinematics;
   Eigen::MatrixXd J_a(6, nv), J_b(6, nv);
   Eigen::Index next = 0;
   for (const LoopClosure& closure : closures_) {
-    const auto &X_WA = kinematics_.X_WB[closure.body_a], &X_WB = kinematics_.X_WB[closure.body_b];
+    const auto &X_WA = kinematics.X_WB[closure.body_a], &X_WB = kinematics.X_WB[closure.body_b];
     const Posed X_WC = X_WA * closure.X_AC;
-    const Vector3d w_a = kinematics_.V_WB[closure.body_a].angular, w_b = kinematics_.V_WB[closure.body_b].angular;
+    const Vector3d w_a = kinematics.V_WB[closure.body_a].angular, w_b = kinematics.V_WB[closure.body_b].angular;
     const auto &a = velocity_terms_[closure.body_a], &b = velocity_terms_[closure.body_b];
-    point_jacobian(model_, kinematics_, closure.body_a, X_WC.p, J_a);
-    point_jacobian(model_, kinematics_, closure.body_b, X_WC.p, J_b);
+    point_jacobian(model_, kinematics, closure.body_a, X_WC.p, J_a);
+    point_jacobian(model_, kinematics, closure.body_b, X_WC.p, J_b);
     J_b -= J_a;
     Vector3d axes[3];
     const int turns = forbidden_turns(closure, axes);

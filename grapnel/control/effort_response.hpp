@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/dynamics/branch_cholesky.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 
 namespace grapnel {
@@ -24,8 +25,9 @@ class EffortResponse {
   EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures,
                  const std::vector<int>& steady = {});
 
-  /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none).
-  void update(const State& state, std::span<const double> force, const Vector3d& gravity);
+  /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none); `wrenches` too.
+  void update(const State& state, std::span<const double> force, const Vector3d& gravity,
+              std::span<const ExternalWrench> wrenches = {});
 
   const Model& model() const { return model_; }
   const std::vector<int>& joints() const { return joints_; }
@@ -36,7 +38,7 @@ class EffortResponse {
   const std::vector<double>& limits() const { return limits_; }
 
   // Of the last update():
-  const Kinematics& kinematics() const { return kinematics_; }
+  const Kinematics& kinematics() const { return workspace_.kinematics; }
   const Eigen::VectorXd& free() const { return free_; }          // accelerations without efforts
   const Eigen::MatrixXd& response() const { return response_; }  // velocities x driven joints
   /// Of the closures: multipliers of their rows without efforts, and what each effort adds (15.2), on bodies b, in C's
@@ -53,13 +55,14 @@ class EffortResponse {
   const Model& model_;
   std::vector<int> joints_, velocities_, coordinates_;
   std::vector<double> limits_;
-  std::vector<int> steady_;  // velocities
+  std::vector<std::uint8_t> steady_;  // per velocity
   std::vector<LoopClosure> closures_;
   Workspace workspace_;
-  Kinematics kinematics_;
-  std::vector<double> bias_;
+  BranchCholesky inertia_;
+  std::vector<double> beside_, zero_, vdot_;
   std::vector<BodyAcceleration> velocity_terms_;
   Eigen::MatrixXd mass_, response_, rows_;
+  Eigen::MatrixXd unit_;  // velocities x driven joints
   Eigen::VectorXd free_, row_terms_, free_multipliers_;
   Eigen::MatrixXd multiplier_response_;
 };

@@ -145,22 +145,6 @@ void Impedance::sense(std::span<const ExternalWrench> wrenches) {
   if (law_.senses) sensed_.assign(wrenches.begin(), wrenches.end());
 }
 
-// Generalized forces with those of contact.
-std::vector<double> Impedance::add_sensed(const State& state, std::span<const double> force) {
-  const Model& model = response_.model();
-  std::vector<double> total(force.begin(), force.end());
-  if (sensed_.empty()) return total;
-  total.resize(static_cast<std::size_t>(model.velocities()));
-  forward_kinematics(model, state, kinematics_);
-  Eigen::MatrixXd J(6, model.velocities());
-  for (const ExternalWrench& e : sensed_) {
-    point_jacobian(model, kinematics_, e.body, e.p_WP, J);
-    const Eigen::VectorXd f = J.transpose() * stacked6(e.F_W.angular, e.F_W.linear);
-    for (Eigen::Index v = 0; v < f.size(); ++v) total[static_cast<std::size_t>(v)] += f[v];
-  }
-  return total;
-}
-
 // Of all hands, in the directions that are controlled.
 struct Impedance::Rows {
   Eigen::MatrixXd A;       // accelerations by the efforts
@@ -169,7 +153,7 @@ struct Impedance::Rows {
   Eigen::VectorXd force;   // K e - D v
 };
 
-Impedance::Rows Impedance::rows_of(double time, const State& state) {
+Impedance::Rows Impedance::rows_of(double time) {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
   const auto m = static_cast<Eigen::Index>(rows_.size()), n = static_cast<Eigen::Index>(joints().size());
@@ -178,7 +162,6 @@ Impedance::Rows Impedance::rows_of(double time, const State& state) {
             Eigen::VectorXd(m * count)};
   const std::vector<double> vdot(response_.free().data(), response_.free().data() + response_.free().size());
   const std::vector<BodyAcceleration> free = body_accelerations(model, k, vdot);
-  static_cast<void>(state);
   Eigen::MatrixXd J(6, model.velocities());
   for (Eigen::Index h = 0; h < count; ++h) {
     const ImpedanceHand& hand = law_.hands[static_cast<std::size_t>(h)];
@@ -208,23 +191,69 @@ Impedance::Rows Impedance::rows_of(double time, const State& state) {
     }
     const Vector3d angular = R * divided(transposed_times(R, twist + F.angular), law_.inertia);
     point_jacobian(model, k, hand.body, X_WE.p, J);
-    const Eigen::MatrixXd A = J * response_.response();
     const BodyAcceleration& now = free[hand.body];
     const Vector6 a = stacked6(now.angular, now.linear + cross(now.angular, arm) + cross(w, cross(w, arm)));
     const Vector6 wanted = stacked6(D.A.angular + angular, D.A.linear + linear);
     const Vector6 force = stacked6(twist, pull);
     for (Eigen::Index i = 0; i < m; ++i) {
       const int row = rows_[static_cast<std::size_t>(i)];
-      rows.A.row(m * h + i) = A.row(row);
+      // Small: without the blocks and buffers of large products.
+      rows.A.row(m * h + i) = J.row(row).lazyProduct(response_.response());
       rows.free[m * h + i] = a[row], rows.wanted[m * h + i] = wanted[row], rows.force[m * h + i] = force[row];
     }
   }
   return rows;
 }
 
+namespace {
+
+// S^+ of a symmetric positive semidefinite matrix, times what is weighted by `size`.
+class Inverse {
+ public:
+  Inverse(const Eigen::MatrixXd& S, const Eigen::VectorXd& size) : size_(size), regular_(S) {
+    // The least eigenvalue over the largest is no less than the determinant over the trace to the power of the size:
+    // most often it is seen without eigenvalues that none is to be left out.
+    const auto L = regular_.matrixLLT().diagonal();
+    is_regular_ = regular_.info() == Eigen::Success && (L.array().square() / S.trace()).prod() > kUnreachable;
+    if (is_regular_) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    vectors_ = eigen.eigenvectors(), inverse_ = eigen.eigenvalues();
+    const double least = kUnreachable * inverse_.maxCoeff();
+    for (double& value : inverse_) value = value > least ? 1 / value : 0;
+  }
+  Eigen::VectorXd operator()(const Eigen::VectorXd& a) const {
+    if (is_regular_) return cholesky_solution(regular_, Eigen::VectorXd(size_.cwiseProduct(a)));
+    return vectors_ * inverse_.cwiseProduct(vectors_.transpose() * size_.cwiseProduct(a));
+  }
+
+ private:
+  const Eigen::VectorXd& size_;
+  Cholesky regular_;
+  bool is_regular_ = false;
+  Eigen::MatrixXd vectors_;
+  Eigen::VectorXd inverse_;
+};
+
+}  // namespace
+
+Eigen::VectorXd Impedance::efforts(double time, const State& state) {
+  Eigen::MatrixXd J_t;
+  return say(time, state, {}, J_t).effort;
+}
+
 JointLawCommand Impedance::at(double time, const State& state, std::span<const double> force) {
-  response_.update(state, add_sensed(state, force), gravity_);
-  const Rows rows = rows_of(time, state);
+  Eigen::MatrixXd J_t;
+  JointLawCommand command = say(time, state, force, J_t);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
+  const Eigen::VectorXd& s = svd.singularValues();
+  const Eigen::Index n = J_t.rows(), m = J_t.cols();
+  command.condition = n >= m && s[0] > 0 ? s[m - 1] / s[0] : 0;
+  return command;
+}
+
+JointLawCommand Impedance::say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t) {
+  response_.update(state, force, gravity_, sensed_);
+  const Rows rows = rows_of(time);
   const auto n = static_cast<Eigen::Index>(joints().size()), m = rows.A.rows();
 
   // q'' = H*^-1 tau + ..., J*^T = H* A^T (21.3); angular rows times the reach, so that rows compare.
@@ -240,21 +269,10 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
     if (rows_[static_cast<std::size_t>(i) % rows_.size()] < 3) size[i] = length_;
   }
   const Cholesky inverse_inertia(R);
-  const Eigen::MatrixXd J_t =
-      cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
-  const Eigen::VectorXd& s = svd.singularValues();
+  J_t = cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
   JointLawCommand command;
-  command.condition = n >= m && s[0] > 0 ? s[m - 1] / s[0] : 0;
 
-  // Lambda = (J* H*^-1 J*^T)^-1 (21.4)
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> S(size.asDiagonal() * rows.A * J_t);
-  Eigen::VectorXd inverse = S.eigenvalues();
-  const double least = kUnreachable * inverse.maxCoeff();
-  for (double& value : inverse) value = value > least ? 1 / value : 0;
-  const auto lambda = [&](const Eigen::VectorXd& a) -> Eigen::VectorXd {
-    return S.eigenvectors() * inverse.cwiseProduct(S.eigenvectors().transpose() * size.cwiseProduct(a));
-  };
+  const Inverse lambda(size.asDiagonal() * rows.A * J_t, size);  // (J* H*^-1 J*^T)^-1 (21.4)
   const Eigen::VectorXd moving = law_.transpose
                                      ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (21.6)
                                      : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (21.2)

@@ -80,6 +80,7 @@ class Impedance : public JointLaw {
   Impedance(const Model& model, ImpedanceLaw law, LawScope scope);
   const ImpedanceLaw& law() const { return law_; }
   JointLawCommand at(double time, const State& state, std::span<const double> force) override;
+  Eigen::VectorXd efforts(double time, const State& state) override;
   void sense(std::span<const ExternalWrench> wrenches) override;
 
   /// How far hand `h` is from its reference at a state [m], [rad].
@@ -92,8 +93,9 @@ class Impedance : public JointLaw {
 
  private:
   struct Rows;
-  Rows rows_of(double time, const State& state);
-  std::vector<double> add_sensed(const State& state, std::span<const double> force);
+  Rows rows_of(double time);
+  /// All but the condition. `J_t`: the controlled directions' transposed generalized Jacobian, weighted.
+  JointLawCommand say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t);
 
   ImpedanceLaw law_;
   std::vector<int> rows_;

@@ -42,6 +42,8 @@ class JointLaw {
   const std::vector<int>& joints() const { return response_.joints(); }
   /// `force`: generalized forces beside the law's efforts (per velocity; empty: none).
   virtual JointLawCommand at(double time, const State& state, std::span<const double> force) = 0;
+  /// Its efforts alone, where nothing acts beside them.
+  virtual Eigen::VectorXd efforts(double time, const State& state) { return at(time, state, {}).effort; }
   /// From now on these wrenches of contacts and yielding grasps act, as a law that senses them knows them.
   virtual void sense(std::span<const ExternalWrench> wrenches) { static_cast<void>(wrenches); }
 

@@ -119,10 +119,12 @@ class Run {
   void enter(std::size_t contact, ContactPhase next);
   void observe(StiffIntegrator& integrator, CompliantRecorder& recorder);
   double settling(StiffIntegrator& integrator, double moving, double at_rest);
-  bool moves() const { return grasp_motion() > setup_.settled * grasp_motion_before_; }
+  bool moves(std::span<const InterfaceLoad> loads) const {
+    return grasp_motion(loads) > setup_.settled * grasp_motion_before_;
+  }
   double next_stop(double t) const;
-  double grasp_motion() const;
-  bool is_over(double t) const;
+  double grasp_motion(std::span<const InterfaceLoad> loads) const;
+  bool is_over(double t, std::span<const InterfaceLoad> loads) const;
   void limit_step(StiffIntegrator& integrator) const;
   void begin_piece(StiffIntegrator& integrator);
   void check_balances(double t, std::span<const double> y);
@@ -183,12 +185,11 @@ double Run::next_stop(double t) const {
 // Changes phases where an event says so; true if one changed. The recorder gets the instant before and after.
 bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event) {
   const double t = integrator.time();
-  system_.load(t, integrator.y());
   std::vector<ContactPhase> next = system_.phase;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const InterfaceLoad& load = system_.loads()[i];
+    const InterfaceLoad& load = integrator.loads_at_end()[i];
     for (int which = 1; event && which >= 0; --which) {
-      if (integrator.crossed()[2 * i + which] != 0) next[i] = system_.phase_after(static_cast<int>(i), which);
+      if (integrator.crossed()[2 * i + which] != 0) next[i] = system_.phase_after(static_cast<int>(i), which, load);
     }
     // One that was at rest at the start and is pushed has no sign to change: it presses from the first (tiny) step on.
     if (!event && system_.phase[i] == ContactPhase::apart && load.deformation > 0 && load.signed_force > 0 &&
@@ -206,11 +207,11 @@ bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder
 }
 
 // Kinetic energy of the grasps' relative motion, with the inertia at the beginning, in the targets' axes.
-double Run::grasp_motion() const {
+double Run::grasp_motion(std::span<const InterfaceLoad> loads) const {
   const Eigen::Index count = static_cast<Eigen::Index>(grasps_.size());
   Eigen::VectorXd u(6 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Twistd u_T = system_.in_target_axes(static_cast<int>(i));
+    const Twistd& u_T = loads[contacts_.size() + static_cast<std::size_t>(i)].u_T;
     for (int k = 0; k < 3; ++k) u[6 * i + k] = u_T.angular[k], u[6 * i + 3 + k] = u_T.linear[k];
   }
   return 0.5 * u.dot(scales_.grasp_inertia * u);
@@ -222,7 +223,7 @@ double Run::settling(StiffIntegrator& integrator, double moving, double at_rest)
     const double middle = 0.5 * (moving + at_rest);
     if (!(middle > moving && middle < at_rest)) return at_rest;
     system_.load(middle, integrator.at(middle));
-    (moves() ? moving : at_rest) = middle;
+    (moves(system_.loads()) ? moving : at_rest) = middle;
   }
 }
 
@@ -233,10 +234,10 @@ void Run::observe(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   bool moved = last_motion_ >= before;
   double moving = 0, at_rest = -1;  // instants between which motion ended
   for (int stage = 0; stage < integrator.stages(); ++stage) {
-    const double t = integrator.load_stage(stage);
-    recorder.look(stage, t);
+    const double t = integrator.time_of_stage(stage);
+    const std::span<const InterfaceLoad> loads = integrator.loads_at_stage(stage);
     if (grasps_.empty()) continue;
-    const bool moves_now = moves();
+    const bool moves_now = moves(loads);
     if (moves_now) {
       last_motion_ = t;
     } else if (moved) {
@@ -244,16 +245,16 @@ void Run::observe(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     }
     moved = moves_now, before = t;
     for (std::size_t g = 0; g < grasps_.size(); ++g) {
-      largest_angle_ = std::max(largest_angle_, system_.loads()[contacts_.size() + g].angle);
+      largest_angle_ = std::max(largest_angle_, loads[contacts_.size() + g].angle);
     }
   }
   recorder.step(integrator);
   if (at_rest > last_motion_) last_motion_ = settling(integrator, moving, at_rest);
 }
 
-bool Run::is_over(double t) const {
+bool Run::is_over(double t, std::span<const InterfaceLoad> loads) const {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (system_.phase[i] == ContactPhase::pressing || system_.loads()[i].rate > kNoSpeed * scales_.speed) return false;
+    if (system_.phase[i] == ContactPhase::pressing || loads[i].rate > kNoSpeed * scales_.speed) return false;
   }
   return grasps_.empty() || t >= last_motion_ + rest_period_;
 }
@@ -263,9 +264,10 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   begin_piece(integrator);
   recorder.mark(0, integrator.y());
   limit_step(integrator);
+  std::vector<InterfaceLoad> loads(system_.loads().begin(), system_.loads().end());
   while (true) {
     const double from = integrator.time();
-    if (is_over(from)) {
+    if (is_over(from, loads)) {
       result_.status = grasps_.empty() ? Status::separated : Status::settled;
       return;
     }
@@ -290,9 +292,10 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     if (integrator.time() >= next_break_) {
       recorder.mark(integrator.time(), integrator.y());
       begin_piece(integrator);
+      integrator.jump();
       recorder.mark(integrator.time(), integrator.y());
     }
-    system_.load(integrator.time(), integrator.y());
+    loads.assign(integrator.loads_at_end().begin(), integrator.loads_at_end().end());
     if (largest_angle_ > 3) {
       result_.message =
           fmt::format("at {:.6g} s: a grasp has turned by {:.3g} rad, springs there know half a turn at most",
@@ -363,7 +366,7 @@ CompliantOutcome Run::outcome() {
   }
   choose_first_phases(start);
   system_.load(0, start);
-  grasp_motion_before_ = grasps_.empty() ? 0 : grasp_motion();
+  grasp_motion_before_ = grasps_.empty() ? 0 : grasp_motion(system_.loads());
   rest_period_ = 2 * std::numbers::pi * scales_.longest_grasp_time;
   // Friction at small slip is stiff, and what the energy loses to it shows errors of the velocity at full size: its
   // contacts take the tolerance as it is asked for, and differences that are small against the slip speed.
@@ -404,8 +407,8 @@ CompliantRecorder::CompliantRecorder(CompliantSystem& system, int samples, doubl
   for (std::vector<double>& look : looks_) look.resize(peaks_.size());
 }
 
-double CompliantRecorder::measure(std::size_t index) const {
-  const InterfaceLoad& load = system_.loads()[index / measures];
+double CompliantRecorder::measure(std::span<const InterfaceLoad> loads, std::size_t index) {
+  const InterfaceLoad& load = loads[index / measures];
   switch (index % measures) {
     case force:
       return norm(load.F.linear);
@@ -416,37 +419,43 @@ double CompliantRecorder::measure(std::size_t index) const {
   }
 }
 
-void CompliantRecorder::measure_all(std::vector<double>& values) const {
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = measure(i);
+void CompliantRecorder::measure_all(std::span<const InterfaceLoad> loads, std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = measure(loads, i);
 }
 
 // Most samples go again as the grid becomes coarser: states and forces of the others are found when it is known which.
 void CompliantRecorder::take(double t, long grid, std::span<const double> y) {
-  Sample sample;
-  sample.t = t, sample.grid = grid;
-  sample.y.assign(y.begin(), y.end());
-  taken_.push_back(std::move(sample));
+  taken_.push_back({t, grid});
+  y_.insert(y_.end(), y.begin(), y.end());
 }
 
+// Some at a time, so that what they need at once stays in the cache.
 void CompliantRecorder::evaluate() {
-  for (; evaluated_ < taken_.size(); ++evaluated_) {
-    Sample& sample = taken_[evaluated_];
-    system_.load(sample.t, sample.y);
-    sample.y = {};
-    sample.state = system_.now(), sample.vdot = system_.accelerations_now();
-    for (const InterfaceLoad& load : system_.loads()) {
-      sample.point.push_back(load.point);
-      sample.force.push_back(load.F.linear);
-      sample.moment.push_back(load.F.angular);
-      sample.deformation.push_back(load.deformation);
+  constexpr std::size_t kAtOnce = 32;
+  const std::size_t size = system_.size(), nq = system_.now().q.size(), nv = system_.now().v.size();
+  while (states_.size() < taken_.size()) {
+    const std::size_t done = states_.size(), count = std::min(kAtOnce, taken_.size() - done);
+    times_.clear();
+    for (std::size_t k = 0; k < count; ++k) times_.push_back(taken_[done + k].t);
+    const std::size_t row = y_.size() - (taken_.size() - done) * size;
+    system_.sample(times_, std::span(y_).subspan(row, count * size), sampled_);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double *q = &sampled_.q[k * nq], *v = sampled_.v.data() + k * nv,
+                   *a = sampled_.acceleration.data() + k * nv;
+      State& state = states_.emplace_back();
+      state.q.assign(q, q + nq), state.v.assign(v, v + nv);
+      accelerations_.emplace_back(a, a + nv);
     }
+    loads_.insert(loads_.end(), sampled_.loads.begin(), sampled_.loads.end());
   }
+  y_.clear();
 }
 
 void CompliantRecorder::mark(double t, std::span<const double> y) {
   take(t, -1, y);
   evaluate();
-  measure_all(looks_[0]);
+  const auto count = static_cast<std::size_t>(system_.interfaces());
+  measure_all(std::span(loads_).last(count), looks_[0]);
   for (std::size_t i = 0; i < peaks_.size(); ++i) {
     if (looks_[0][i] > peaks_[i].value) peaks_[i] = {looks_[0][i], t};
   }
@@ -454,20 +463,32 @@ void CompliantRecorder::mark(double t, std::span<const double> y) {
 
 // Every second point of the grid goes.
 void CompliantRecorder::thin() {
-  const auto goes = [](const Sample& s) { return s.grid > 0 && s.grid % 2 == 1; };
-  evaluated_ -= std::count_if(taken_.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(evaluated_), goes);
-  std::erase_if(taken_, goes);
+  const std::size_t size = system_.size(), interfaces = system_.interfaces(), evaluated = states_.size();
+  std::size_t kept = 0, kept_evaluated = 0;
   on_grid_ = 0;
-  for (Sample& s : taken_) {
+  for (std::size_t i = 0; i < taken_.size(); ++i) {
+    Sample s = taken_[i];
+    if (s.grid > 0 && s.grid % 2 == 1) continue;
     if (s.grid > 0) s.grid /= 2, ++on_grid_;
+    taken_[kept] = s;
+    if (i < evaluated) {
+      states_[kept].q.swap(states_[i].q), states_[kept].v.swap(states_[i].v);
+      accelerations_[kept].swap(accelerations_[i]);
+      std::copy_n(loads_.begin() + static_cast<std::ptrdiff_t>(i * interfaces), interfaces,
+                  loads_.begin() + static_cast<std::ptrdiff_t>(kept * interfaces));
+      ++kept_evaluated;
+    } else {
+      std::copy_n(y_.begin() + static_cast<std::ptrdiff_t>((i - evaluated) * size), size,
+                  y_.begin() + static_cast<std::ptrdiff_t>((kept - kept_evaluated) * size));
+    }
+    ++kept;
   }
+  taken_.resize(kept);
+  states_.resize(kept_evaluated), accelerations_.resize(kept_evaluated);
+  loads_.resize(kept_evaluated * interfaces);
+  y_.resize((kept - kept_evaluated) * size);
   spacing_ *= 2;
   next_ = (next_ + 1) / 2;
-}
-
-void CompliantRecorder::look(int stage, double t) {
-  look_time_[stage + 1] = t;
-  measure_all(looks_[stage + 1]);
 }
 
 void CompliantRecorder::step(StiffIntegrator& integrator) {
@@ -481,15 +502,19 @@ void CompliantRecorder::step(StiffIntegrator& integrator) {
     ++next_;
     if (++on_grid_ >= 2 * samples_) thin();
   }
-  look_time_[0] = from;
+  std::array<double, kLooks> look_time{from};
   constexpr int last = kLooks - 1;
+  for (int k = 1; k <= last; ++k) {
+    look_time[k] = integrator.time_of_stage(k - 1);
+    measure_all(integrator.loads_at_stage(k - 1), looks_[k]);
+  }
   for (std::size_t i = 0; i < peaks_.size(); ++i) {
     for (int k = 1; k <= last; ++k) {
-      if (looks_[k][i] > peaks_[i].value) peaks_[i] = {looks_[k][i], look_time_[k]};
+      if (looks_[k][i] > peaks_[i].value) peaks_[i] = {looks_[k][i], look_time[k]};
     }
     // The parabola through three neighbours says whether a peak lies in between and is worth a search.
     for (int k = 1; k < last; ++k) {
-      const double a = look_time_[k - 1], b = look_time_[k], c = look_time_[k + 1];
+      const double a = look_time[k - 1], b = look_time[k], c = look_time[k + 1];
       const double rise = (looks_[k][i] - looks_[k - 1][i]) / (b - a),
                    next = (looks_[k + 1][i] - looks_[k][i]) / (c - b);
       const double bend = (next - rise) / (c - a);
@@ -507,7 +532,7 @@ void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double 
   const auto negative = [&](double s) {
     const double t = from + s * (to - from);
     system_.load(t, integrator.at(t));
-    return -measure(index);
+    return -measure(system_.loads(), index);
   };
   const auto [place, value] = boost::math::tools::brent_find_minima(negative, 0.0, 1.0, kPeakBits);
   if (-value > peaks_[index].value) peaks_[index] = {-value, from + place * (to - from)};
@@ -518,16 +543,16 @@ void CompliantRecorder::finish(CompliantOutcome& outcome) {
   const auto history = [&](int i) -> ForceHistory& {
     return i < contacts ? outcome.contacts[i] : outcome.grasps[i - contacts];
   };
-  for (const Sample& s : taken_) {
-    outcome.times.push_back(s.t);
-    outcome.states.push_back(s.state);
-    outcome.accelerations.push_back(s.vdot);
-    for (int i = 0; i < system_.interfaces(); ++i) {
-      history(i).point.push_back(s.point[i]);
-      history(i).force.push_back(s.force[i]);
-      history(i).moment.push_back(s.moment[i]);
-      history(i).deformation.push_back(s.deformation[i]);
-    }
+  for (const Sample& s : taken_) outcome.times.push_back(s.t);
+  outcome.states = std::move(states_);
+  outcome.accelerations = std::move(accelerations_);
+  for (std::size_t k = 0; k < loads_.size(); ++k) {
+    const InterfaceLoad& load = loads_[k];
+    ForceHistory& h = history(static_cast<int>(k % static_cast<std::size_t>(system_.interfaces())));
+    h.point.push_back(load.point);
+    h.force.push_back(load.F.linear);
+    h.moment.push_back(load.F.angular);
+    h.deformation.push_back(load.deformation);
   }
   for (int i = 0; i < system_.interfaces(); ++i) {
     ForceHistory& h = history(i);

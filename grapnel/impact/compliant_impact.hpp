@@ -18,12 +18,9 @@
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/state.hpp"
+#include "grapnel/impact/compliant_tables.hpp"
 
 namespace grapnel {
-
-/// Normal force of a contact over the deformation d >= 0 and its rate.
-/// kelvin_voigt: max(0, k d + c d').  hertz: k d^(3/2).  hunt_crossley: max(0, k d^n (1 + a d')).
-enum class ContactForceModel { kelvin_voigt, hertz, hunt_crossley };
 
 /// A point of a robot's body against the tangent plane of a target's surface; both fixed on their bodies as they are
 /// when the impact begins. Unilateral: the bodies part when the force reaches zero, and what the surface is still

@@ -13,18 +13,22 @@ namespace {
 constexpr double kLanded = 1e-14;
 constexpr int kMostLandings = 4, kMostLookups = 60;
 
-StiffSystem stiff_system(CompliantSystem& system) {
-  const int positions = system.rate_offset(), coupled = system.loss_offset(0);
-  return {positions, coupled - positions, system.size() - coupled,
-          [&system](double t, std::span<const double> y, std::span<double> dydt) { system.rates(t, y, dydt); }};
-}
-
 }  // namespace
+
+StiffSystem StiffIntegrator::stiff_system() {
+  const int positions = system_.rate_offset(), coupled = system_.loss_offset(0);
+  return {positions, coupled - positions, system_.size() - coupled,
+          [this](std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
+            const bool stages = t.size() == static_cast<std::size_t>(RadauIIA::kStages);
+            system_.rates(t, y, dydt, stages ? std::span(stage_loads_) : std::span<InterfaceLoad>());
+          }};
+}
 
 StiffIntegrator::StiffIntegrator(CompliantSystem& system, std::span<const double> sizes,
                                  std::span<const double> tolerances, double first_step, double end)
     : system_(system),
-      radau_(stiff_system(system), std::vector<double>(system.size()), sizes, tolerances),
+      stage_loads_(static_cast<std::size_t>(RadauIIA::kStages * system.interfaces())),
+      radau_(stiff_system(), std::vector<double>(system.size()), sizes, tolerances),
       first_step_(first_step),
       end_(end),
       stop_(end),
@@ -54,8 +58,7 @@ StiffIntegrator::Result StiffIntegrator::step() {
   double from = radau_.begin();
   for (int i = 0; i < RadauIIA::kStages; ++i) {  // stages lie closer than steps
     const double to = radau_.time_of_stage(i);
-    radau_.at_stage(i, at_);
-    values(to, at_, now_);
+    system_.event_values(loads_at_stage(i), now_);
     // The first of those that cross between two stages.
     std::size_t first = now_.size();
     double when = to;
@@ -104,7 +107,8 @@ double StiffIntegrator::value_at(std::size_t index, double t) {
 bool StiffIntegrator::land(double t, std::size_t index) {
   for (int i = 0; i < kMostLandings; ++i) {
     if (!radau_.end_at(t)) return false;
-    values(time(), y(), now_);
+    if (!(time() > radau_.begin())) look_at_begin();
+    system_.event_values(loads_at_end(), now_);
     const double length = time() - radau_.begin(), back = 1e-3 * length;
     if (!(length > 0)) break;
     const double slope = (now_[index] - value_at(index, time() - back)) / back, miss = now_[index] / slope;
@@ -125,11 +129,18 @@ std::span<const double> StiffIntegrator::at(double t) {
   return at_;
 }
 
-double StiffIntegrator::load_stage(int stage) {
-  const double t = radau_.time_of_stage(stage);
-  radau_.at_stage(stage, at_);
-  system_.load(t, at_);
-  return t;
+std::span<const InterfaceLoad> StiffIntegrator::loads_at_stage(int stage) const {
+  const auto count = static_cast<std::size_t>(system_.interfaces());
+  return std::span(stage_loads_).subspan(static_cast<std::size_t>(stage) * count, count);
+}
+
+// A step of no length has its stages where it begins.
+void StiffIntegrator::look_at_begin() {
+  system_.load(time(), y());
+  for (int i = 0; i < stages(); ++i) {
+    const auto at = static_cast<std::ptrdiff_t>(i) * system_.interfaces();
+    std::copy(system_.loads().begin(), system_.loads().end(), stage_loads_.begin() + at);
+  }
 }
 
 void StiffIntegrator::restart() {

@@ -27,13 +27,16 @@ class StiffIntegrator {
   std::span<const int> crossed() const { return crossed_; }
   /// The solution at a time within the last step.
   std::span<const double> at(double t);
-  /// The last step's beginning, and its stages: instants in it, the last at its end. load_stage() has `system` load the
-  /// solution there and says when that is.
+  /// The last step's beginning, and its stages: instants in it, the last at its end; what interfaces do there.
   double step_begin() const { return radau_.begin(); }
   static constexpr int stages() { return RadauIIA::kStages; }
-  double load_stage(int stage);
+  double time_of_stage(int stage) const { return radau_.time_of_stage(stage); }
+  std::span<const InterfaceLoad> loads_at_stage(int stage) const;
+  std::span<const InterfaceLoad> loads_at_end() const { return loads_at_stage(stages() - 1); }
   /// Begins anew where it is: phases have changed.
   void restart();
+  /// What a drive does jumps here.
+  void jump() { radau_.jump(); }
   /// The next Result::end is at this time, if that is before the end.
   void stop_at(double t) { stop_ = std::min(t, end_); }
   /// No step is longer; 0: no limit. [s]
@@ -49,8 +52,12 @@ class StiffIntegrator {
   void values(double t, std::span<const double> y, std::vector<double>& g);
   double value_at(std::size_t index, double t);
   bool land(double t, std::size_t index);
+  void look_at_begin();
+
+  StiffSystem stiff_system();
 
   CompliantSystem& system_;
+  std::vector<InterfaceLoad> stage_loads_;  // of RadauIIA's last derivatives at its stages
   RadauIIA radau_;
   double first_step_, end_, stop_;
   std::vector<double> at_;
@@ -71,10 +78,7 @@ class CompliantRecorder {
   /// A sample of its own, and the values from which the next step's peaks are sought; to be called before phases or a
   /// drive's piece change, too.
   void mark(double t, std::span<const double> y);
-  /// Takes measures at a stage of the integrator's last step, which the system has just loaded.
-  void look(int stage, double t);
-  /// Peaks and samples of the integrator's last step, when all its stages have been looked at; phases still those of
-  /// the step.
+  /// Peaks and samples of the integrator's last step; phases still those of the step.
   void step(StiffIntegrator& integrator);
   /// Writes times, states and histories; the histories' impulses and losses are the caller's.
   void finish(CompliantOutcome& outcome);
@@ -86,15 +90,10 @@ class CompliantRecorder {
   };
   struct Sample {
     double t;
-    long grid;              // index on the grid; negative: an event
-    std::vector<double> y;  // until it is evaluated
-    State state;
-    std::vector<double> vdot;
-    std::vector<Vector3d> point, force, moment;
-    std::vector<double> deformation;
+    long grid;  // index on the grid; negative: an event
   };
-  double measure(std::size_t index) const;
-  void measure_all(std::vector<double>& values) const;
+  static double measure(std::span<const InterfaceLoad> loads, std::size_t index);
+  static void measure_all(std::span<const InterfaceLoad> loads, std::vector<double>& values);
   void take(double t, long grid, std::span<const double> y);
   void evaluate();
   void thin();
@@ -105,11 +104,16 @@ class CompliantRecorder {
   double spacing_;
   long next_ = 1;
   long on_grid_ = 0;
-  std::vector<Sample> taken_;
-  std::size_t evaluated_ = 0;  // of the samples, the first ones
+  std::vector<Sample> taken_;  // first those that are evaluated
+  std::vector<double> y_;      // of the others, row by row
+  // Per evaluated sample:
+  std::vector<State> states_;
+  std::vector<std::vector<double>> accelerations_;
+  std::vector<InterfaceLoad> loads_;  // of all interfaces
+  CompliantSystem::Sampled sampled_;
+  std::vector<double> times_;
   static constexpr int kLooks = StiffIntegrator::stages() + 1;
   std::array<std::vector<double>, kLooks> looks_;  // per interface and measure: at the step's beginning and stages
-  std::array<double, kLooks> look_time_{};
   std::vector<Peak> peaks_;
   std::vector<double> touching_;
 };

@@ -94,85 +94,85 @@ class Yielding {
   std::vector<CompliantGrasp> grasps_;
 };
 
-// A sample's poses and twists, and what joints pass on then.
-struct Instant {
-  Kinematics kinematics;
-  std::vector<Wrenchd> through;  // per body, of its joint
-};
-
-std::vector<Instant> instants_of(const Model& model, const Yielding& yielding, const CompliantOutcome& outcome) {
-  std::vector<Instant> instants;
-  instants.reserve(outcome.times.size());
-  std::vector<ExternalWrench> external;
-  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
-    external.clear();
-    for (std::size_t i = 0; i < yielding.size(); ++i) {
-      const ForceHistory& h = yielding.history(outcome, i);
-      const Wrenchd F{h.moment[s], h.force[s]};
-      external.push_back({yielding.bodies(i).first, h.point[s], F});
-      external.push_back({yielding.bodies(i).second, h.point[s], -F});
-    }
-    Kinematics k = forward_kinematics(model, outcome.states[s]);
-    std::vector<Wrenchd> through = joint_wrenches(model, k, outcome.accelerations[s], external);
-    instants.push_back({std::move(k), std::move(through)});
-  }
-  return instants;
-}
-
 // Largest loads of the joints over the samples, and when they are.
-std::vector<JointPeakTimes> describe_peaks(const Model& model, const CompliantOutcome& outcome,
-                                           std::span<const Instant> instants, ImpactReport& report) {
-  std::vector<JointPeakTimes> times(report.joints.size());
-  for (std::size_t j = 0; j < report.joints.size(); ++j) {
-    JointImpulse& joint = report.joints[j];
-    const int body = model.body_index(joint.body);
-    const JointDescription& description = model.bodies()[body].description.joint;
-    for (std::size_t s = 0; s < instants.size(); ++s) {
-      const auto raise = [&](double value, double& peak, double& time) {
-        if (value > peak) peak = value, time = outcome.times[s];
-      };
-      const Wrenchd& F = instants[s].through[body];
-      raise(norm(F.linear), joint.peak_force, times[j].force);
-      raise(norm(F.angular), joint.peak_moment, times[j].moment);
+class JointPeaks {
+ public:
+  JointPeaks(const Model& model, std::vector<JointImpulse>& joints) : model_(model), joints_(joints) {
+    for (const JointImpulse& joint : joints) bodies_.push_back(model.body_index(joint.body));
+    times_.resize(joints.size());
+  }
+
+  void look(double time, const Kinematics& k, std::span<const Wrenchd> through) {
+    const auto raise = [&](double value, double& peak, double& at) {
+      if (value > peak) peak = value, at = time;
+    };
+    for (std::size_t j = 0; j < bodies_.size(); ++j) {
+      const int body = bodies_[j];
+      const JointDescription& description = model_.bodies()[body].description.joint;
+      JointImpulse& joint = joints_[j];
+      const Wrenchd& F = through[body];
+      raise(norm(F.linear), joint.peak_force, times_[j].force);
+      raise(norm(F.angular), joint.peak_moment, times_[j].moment);
       if (!has_one_axis(description.type)) continue;
-      const Vector3d axis = instants[s].kinematics.X_WB[body].R * description.axis;
+      const Vector3d axis = k.X_WB[body].R * description.axis;
       const double driving = dot(axis, slides_along_axis(description.type) ? F.linear : F.angular);
-      raise(std::abs(driving), joint.peak_driving, times[j].driving);
+      raise(std::abs(driving), joint.peak_driving, times_[j].driving);
     }
   }
-  return times;
-}
+
+  std::vector<JointPeakTimes> times() && { return std::move(times_); }
+
+ private:
+  const Model& model_;
+  std::vector<JointImpulse>& joints_;
+  std::vector<int> bodies_;
+  std::vector<JointPeakTimes> times_;
+};
 
 Momentumd momentum_about_origin(const Model& model, const State& state) {
   return momentum_about(model, forward_kinematics(model, state), Vector3d::zero());
 }
 
-std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yielding& yielding,
-                                        const CompliantOutcome& outcome, std::span<const Instant> instants) {
+// All that the samples say: peaks of the joints' loads go to the report.
+void look_at_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                     CompliantRun& run) {
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
+  JointPeaks peaks(model, run.report.joints);
   Momentumd before = momentum_about_origin(model, task.met);
-  std::vector<CompliantSample> samples;
+  CompliantSample sample;
+  sample.kinematics = Kinematics(model);
+  const Kinematics& k = sample.kinematics;
+  std::vector<ExternalWrench> external;
+  std::vector<Wrenchd> through;  // per body: what its joint passes on
   for (std::size_t s = 0; s < outcome.times.size(); ++s) {
-    CompliantSample sample{outcome.times[s], outcome.states[s], {}, {}};
+    sample.time = outcome.times[s];
+    sample.state = outcome.states[s];
+    forward_kinematics(model, sample.state, sample.kinematics);
+    external.clear(), sample.grasp_wrenches.clear(), sample.held_wrenches.clear();
     for (std::size_t i = 0; i < yielding.size(); ++i) {
       const ForceHistory& h = yielding.history(outcome, i);
-      sample.grasp_wrenches.push_back(Wrenchd{h.moment[s], h.force[s]});
+      const Wrenchd F{h.moment[s], h.force[s]};
+      external.push_back({yielding.bodies(i).first, h.point[s], F});
+      external.push_back({yielding.bodies(i).second, h.point[s], -F});
+      sample.grasp_wrenches.push_back(F);
     }
-    const auto& [k, through] = instants[s];
+    joint_wrenches(model, k, outcome.accelerations[s], external, through);
+    peaks.look(sample.time, k, through);
     for (const HeldGrasp& held : task.system.grasps) {  // its target hangs on the robot: what reaches it, reversed
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[target], grasp.p_WC - k.X_WB[target].p));
     }
     if (fixed) {  // nothing else acts on the whole
-      const Momentumd now = momentum_about_origin(model, sample.state);
+      const Momentumd now = momentum_about(model, k, Vector3d::zero());
       sample.from_ground = now - before;
       before = now;
     }
-    samples.push_back(std::move(sample));
+    if (task.look) task.look(sample);
   }
-  return samples;
+  if (fixed) run.from_ground = momentum_about_origin(model, run.after) - before;
+  run.joint_peaks = std::move(peaks).times();
 }
 
 // Brakes and drives: at once at the beginning, then at a rate that does not change.
@@ -243,8 +243,7 @@ GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yieldi
   return g;
 }
 
-void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-              std::span<const Instant> instants, CompliantRun& run) {
+void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome, CompliantRun& run) {
   ImpactReport& report = run.report;
   const CaptureSystem& system = task.system;
   report.law = name_of(ImpactSetup::Law::compliant);
@@ -281,7 +280,6 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   report.compliant = c;
   describe_held(task, outcome, report);
   describe_change(task.problem, system, task.met, outcome.after, external, report);
-  run.joint_peaks = describe_peaks(system.model, outcome, instants, report);
 }
 
 }  // namespace
@@ -311,14 +309,8 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   run.after = outcome.after;
   run.duration = outcome.duration;
   run.energy_residual = outcome.energy_residual;
-  const std::vector<Instant> instants = instants_of(task.system.model, yielding, outcome);
-  run.samples = samples_of(task, yielding, outcome, instants);
-  describe(task, yielding, outcome, instants, run);
-  if (!task.system.model.has_free_root(task.system.base)) {
-    const State& last = run.samples.empty() ? task.met : run.samples.back().state;
-    run.from_ground =
-        momentum_about_origin(task.system.model, run.after) - momentum_about_origin(task.system.model, last);
-  }
+  describe(task, yielding, outcome, run);
+  look_at_samples(task, yielding, outcome, run);
   describe_unfinished(task, yielding, outcome, run);
   return run;
 }

@@ -14,6 +14,7 @@ namespace grapnel {
 struct CompliantSample {
   double time = 0;                      // from its beginning [s]
   State state;                          // of the system given
+  Kinematics kinematics;                // there
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
   std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which hold already: likewise
   /// What a fixed base's mount put in since the sample before, about the world's origin, in W: all that there was.
@@ -28,9 +29,8 @@ struct JointPeakTimes {
 struct CompliantRun {
   ImpactReport report;
   std::vector<JointPeakTimes> joint_peaks;  // per entry of report.joints
-  std::vector<CompliantSample> samples;
-  State after;          // of the system given
-  double duration = 0;  // [s]
+  State after;                              // of the system given
+  double duration = 0;                      // [s]
   /// Of the balance, over the kinetic energy before; what springs still held when impact.longest ended it is missing.
   double energy_residual = 0;
   /// Per grasp of the problem: empty, or how it still was under way when impact.longest ended it, in words.
@@ -59,6 +59,7 @@ struct CompliantTask {
   std::span<const double> stopping = {};         // impulses with which they bring them there at once, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
   ImpactDrive* drive = nullptr;                  // of joints that a law drives meanwhile
+  std::function<void(const CompliantSample&)> look = {};  // sees all samples in turn, when it is over
 };
 /// From the state `met`, with what brakes make of it at once, until all is over.
 CompliantRun run_compliant(const CompliantTask& task, const State& braked);

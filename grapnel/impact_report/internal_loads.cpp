@@ -31,10 +31,17 @@ Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB,
 
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external) {
+  std::vector<Wrenchd> through;
+  joint_wrenches(model, k, vdot, external, through);
+  return through;
+}
+
+void joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
+                    std::span<const ExternalWrench> external, std::vector<Wrenchd>& needed) {
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, vdot);
-  std::vector<Wrenchd> needed;
-  for (std::size_t i = 0; i < model.bodies().size(); ++i)
-    needed.push_back(inertial_wrench(model.bodies()[i], k.X_WB[i], k.V_WB[i], A[i]));
+  needed.resize(model.bodies().size());
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    needed[i] = inertial_wrench(model.bodies()[i], k.X_WB[i], k.V_WB[i], A[i]);
   for (int carried : model.rotors()) {  // rate of their spin, in the link that carries them
     const Body& body = model.bodies()[carried];
     const Vector3d h = rotor_momentum(model, k, carried);
@@ -47,7 +54,6 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std
     const int parent = model.bodies()[i].parent;
     if (parent >= 0) needed[parent] += shift(needed[i], k.X_WB[parent].p - k.X_WB[i].p);
   }
-  return needed;
 }
 
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,

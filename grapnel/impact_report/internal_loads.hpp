@@ -17,6 +17,9 @@ namespace grapnel {
 /// the bodies from outside the tree.
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external);
+/// The same into `through`, resized to one per body.
+void joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
+                    std::span<const ExternalWrench> external, std::vector<Wrenchd>& through);
 
 /// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and what grasps pass on that close
 /// loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of system.grasps.

@@ -138,14 +138,33 @@ bool finite(std::span<const double> x) {
   return sum == 0;
 }
 
-// y += factor M x, M by columns.
-void add_product(double factor, const std::vector<double>& M, std::span<const double> x, double* y, int rows) {
-  const double* column = M.data();
-  for (const double each : x) {
-    const double scaled = factor * each;
-    for (int i = 0; i < rows; ++i) y[i] += scaled * column[i];
-    column += rows;
+// The arrays never overlap: told so, the compiler makes vectors of loops this short without asking each time.
+
+// y += a x.
+inline void add(int n, double a, const double* __restrict x, double* __restrict y) {
+  for (int i = 0; i < n; ++i) y[i] += a * x[i];
+}
+
+// y -= a x of complex numbers.
+inline void subtract(int n, double a_re, double a_im, const double* __restrict re, const double* __restrict im,
+                     double* __restrict y_re, double* __restrict y_im) {
+  for (int i = 0; i < n; ++i) {
+    y_re[i] -= re[i] * a_re - im[i] * a_im;
+    y_im[i] -= re[i] * a_im + im[i] * a_re;
   }
+}
+
+// y += factor M x, M by columns, of which four at once spare y three times of four.
+void add_product(double factor, const std::vector<double>& M, std::span<const double> x, double* __restrict y,
+                 int rows) {
+  const double* column = M.data();
+  std::size_t j = 0;
+  for (; j + 4 <= x.size(); j += 4, column += 4 * rows) {
+    const double a = factor * x[j], b = factor * x[j + 1], c = factor * x[j + 2], d = factor * x[j + 3];
+    const double *const second = column + rows, *const third = second + rows, *const fourth = third + rows;
+    for (int i = 0; i < rows; ++i) y[i] += (a * column[i] + b * second[i]) + (c * third[i] + d * fourth[i]);
+  }
+  for (; j < x.size(); ++j, column += rows) add(rows, factor * x[j], column, y);
 }
 
 }  // namespace
@@ -159,16 +178,18 @@ RadauIIA::RadauIIA(StiffSystem system, std::span<const double> start, std::span<
       y_begin_(y_) {
   const std::size_t n = system_.size(), x = system_.positions, w = system_.rates;
   sizes_.resize(x + w), tolerances_.resize(x + w);
-  slope_.resize(n), moved_slope_.resize(n), sum_.resize(n), moved_.resize(n);
+  const std::size_t points = std::max<std::size_t>(kStages, x + w);
+  slope_.resize(n), end_slope_.resize(n), moved_slope_.resize(n), sum_.resize(n);
+  times_.resize(points), moved_.resize(points * n), slopes_.resize((x + w) * n);
   for (std::vector<double>* each : {&Z_, &F_, &R_, &last_Z_, &scratch_}) each->assign(kStages * n, 0.0);
   X_w_.resize(x * w), W_w_.resize(w * w), W_x_.resize(w * x), curvature_.resize(w * w);
   for (Factors& f : factors_) f.re.resize(w * w), f.im.resize(w * w), f.pivot.resize(w);
   re_.resize(w), im_.resize(w);
 }
 
-bool RadauIIA::evaluate(double t, std::span<const double> y, std::span<double> dydt) {
-  ++evaluations_;
-  system_.derivative(t, y, dydt);
+bool RadauIIA::evaluate(std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
+  evaluations_ += static_cast<long>(t.size());
+  system_.derivatives(t, y, dydt);
   return finite(dydt);
 }
 
@@ -180,17 +201,23 @@ bool RadauIIA::fail(const char* why) {
 // One-sided differences; X depends on x slowly, which the iteration sees to.
 void RadauIIA::difference() {
   ++jacobians_;
-  const int x = system_.positions, w = system_.rates;
+  const int x = system_.positions, w = system_.rates, n = system_.size();
   for (int j = 0; j < x + w; ++j) {
-    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
-    moved_[j] += kIncrement * sizes_[j];
-    const double by = 1 / (moved_[j] - y_begin_[j]);
-    evaluate(begin_, moved_, sum_);
+    double* const moved = stage(moved_, j);
+    std::copy(y_begin_.begin(), y_begin_.end(), moved);
+    moved[j] += kIncrement * sizes_[j];
+    times_[j] = begin_;
+  }
+  const auto count = static_cast<std::size_t>(x + w);
+  evaluate({times_.data(), count}, {moved_.data(), count * n}, slopes_);
+  for (int j = 0; j < x + w; ++j) {
+    const double by = 1 / (stage(moved_, j)[j] - y_begin_[j]);
+    const double* const slope = stage(slopes_, j);
     if (j >= x) {
-      for (int i = 0; i < x; ++i) X_w_[(j - x) * x + i] = by * (sum_[i] - slope_[i]);
+      for (int i = 0; i < x; ++i) X_w_[(j - x) * x + i] = by * (slope[i] - slope_[i]);
     }
     double* const column = j < x ? &W_x_[static_cast<std::size_t>(j) * w] : &W_w_[static_cast<std::size_t>(j - x) * w];
-    for (int i = 0; i < w; ++i) column[i] = by * (sum_[x + i] - slope_[x + i]);
+    for (int i = 0; i < w; ++i) column[i] = by * (slope[x + i] - slope_[x + i]);
   }
   std::fill(curvature_.begin(), curvature_.end(), 0.0);
   for (int j = 0; j < w; ++j) {
@@ -239,15 +266,11 @@ bool decompose(int n, double* re, double* im, int* pivot) {
     for (int j = k + 1; j < n; ++j) {
       double* const re_j = re + static_cast<std::ptrdiff_t>(j) * n;
       double* const im_j = im + static_cast<std::ptrdiff_t>(j) * n;
-      const double r = re_j[k];
+      const int at = k + 1;
       if constexpr (complex) {
-        const double m = im_j[k];
-        for (int i = k + 1; i < n; ++i) {
-          re_j[i] -= re_k[i] * r - im_k[i] * m;
-          im_j[i] -= re_k[i] * m + im_k[i] * r;
-        }
+        subtract(n - at, re_j[k], im_j[k], re_k + at, im_k + at, re_j + at, im_j + at);
       } else {
-        for (int i = k + 1; i < n; ++i) re_j[i] -= re_k[i] * r;
+        add(n - at, -re_j[k], re_k + at, re_j + at);
       }
     }
   }
@@ -262,12 +285,11 @@ void solve(int n, const double* re, const double* im, const int* pivot, double* 
   }
   for (int k = 0; k < n; ++k) {
     const double *re_k = re + static_cast<std::ptrdiff_t>(k) * n, *im_k = im + static_cast<std::ptrdiff_t>(k) * n;
-    const double r = x[k];
+    const int at = k + 1;
     if constexpr (complex) {
-      const double m = y[k];
-      for (int i = k + 1; i < n; ++i) x[i] -= re_k[i] * r - im_k[i] * m, y[i] -= re_k[i] * m + im_k[i] * r;
+      subtract(n - at, x[k], y[k], re_k + at, im_k + at, x + at, y + at);
     } else {
-      for (int i = k + 1; i < n; ++i) x[i] -= re_k[i] * r;
+      add(n - at, -x[k], re_k + at, x + at);
     }
   }
   for (int k = n - 1; k >= 0; --k) {
@@ -275,10 +297,10 @@ void solve(int n, const double* re, const double* im, const int* pivot, double* 
     if constexpr (complex) {
       const double r = x[k] * re_k[k] - y[k] * im_k[k], m = x[k] * im_k[k] + y[k] * re_k[k];
       x[k] = r, y[k] = m;
-      for (int i = 0; i < k; ++i) x[i] -= re_k[i] * r - im_k[i] * m, y[i] -= re_k[i] * m + im_k[i] * r;
+      subtract(k, r, m, re_k, im_k, x, y);
     } else {
-      const double r = x[k] *= re_k[k];
-      for (int i = 0; i < k; ++i) x[i] -= re_k[i] * r;
+      x[k] *= re_k[k];
+      add(k, -x[k], re_k, x);
     }
   }
 }
@@ -345,10 +367,7 @@ void RadauIIA::correct(double h) {
   for (int i = 0; i < kStages; ++i) {  // the right side of (12.21)
     double* const s = stage(scratch_, i);
     std::fill_n(s, x, 0.0);
-    for (int j = 0; j < kStages; ++j) {
-      const double* const r = stage(R_, j);
-      for (int k = 0; k < x; ++k) s[k] += T.a(i, j) * r[k];
-    }
+    for (int j = 0; j < kStages; ++j) add(x, T.a(i, j), stage(R_, j), s);
     add_product(h, W_x_, {s, static_cast<std::size_t>(x)}, stage(R_, i) + x, w);
   }
   for (int i = 0; i < kStages; ++i) std::fill_n(stage(scratch_, i) + x, w, 0.0);
@@ -356,8 +375,8 @@ void RadauIIA::correct(double h) {
     std::fill(re_.begin(), re_.end(), 0.0), std::fill(im_.begin(), im_.end(), 0.0);
     for (int i = 0; i < kStages; ++i) {
       const double* const r = stage(R_, i) + x;
-      for (int k = 0; k < w; ++k) re_[k] += T.w_re[f][i] * r[k];
-      for (int k = 0; f > 0 && k < w; ++k) im_[k] += T.w_im[f][i] * r[k];
+      add(w, T.w_re[f][i], r, re_.data());
+      if (f > 0) add(w, T.w_im[f][i], r, im_.data());
     }
     const Factors& m = factors_[f];
     if (f == 0) {
@@ -368,16 +387,13 @@ void RadauIIA::correct(double h) {
     const double twice = f == 0 ? 1 : 2;
     for (int i = 0; i < kStages; ++i) {
       double* const d = stage(scratch_, i) + x;
-      const double re = twice * T.v_re[f][i], im = f == 0 ? 0 : twice * T.v_im[f][i];
-      for (int k = 0; k < w; ++k) d[k] += re * re_[k] - im * im_[k];
+      add(w, twice * T.v_re[f][i], re_.data(), d);
+      if (f > 0) add(w, -twice * T.v_im[f][i], im_.data(), d);
     }
   }
   for (int i = 0; i < kStages; ++i) {  // (12.20)
     std::fill(sum_.begin(), sum_.begin() + w, 0.0);
-    for (int j = 0; j < kStages; ++j) {
-      const double* const d = stage(scratch_, j) + x;
-      for (int k = 0; k < w; ++k) sum_[k] += T.a(i, j) * d[k];
-    }
+    for (int j = 0; j < kStages; ++j) add(w, T.a(i, j), stage(scratch_, j) + x, sum_.data());
     double* const r = stage(R_, i);
     add_product(h, X_w_, {sum_.data(), static_cast<std::size_t>(w)}, r, x);
     std::copy_n(stage(scratch_, i) + x, w, r + x);
@@ -387,12 +403,13 @@ void RadauIIA::correct(double h) {
 bool RadauIIA::evaluate_stages(double h) {
   const std::size_t n = system_.size();
   for (int i = 0; i < kStages; ++i) {
-    std::copy(y_begin_.begin(), y_begin_.end(), moved_.begin());
+    double* const moved = stage(moved_, i);
+    std::copy(y_begin_.begin(), y_begin_.end(), moved);
     const double* const z = stage(Z_, i);
-    for (int k = 0; k < system_.coupled(); ++k) moved_[k] += z[k];
-    if (!evaluate(begin_ + tableau().c[i] * h, moved_, {stage(F_, i), n})) return false;
+    for (int k = 0; k < system_.coupled(); ++k) moved[k] += z[k];
+    times_[i] = begin_ + tableau().c[i] * h;
   }
-  return true;
+  return evaluate({times_.data(), kStages}, {moved_.data(), kStages * n}, F_);
 }
 
 RadauIIA::Newton RadauIIA::solve_stages(double h) {
@@ -408,11 +425,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
       double* const r = stage(R_, i);
       const double* const z = stage(Z_, i);
       for (int k = 0; k < n; ++k) r[k] = -z[k];
-      for (int j = 0; j < kStages; ++j) {
-        const double by = h * T.a(i, j);
-        const double* const f = stage(F_, j);
-        for (int k = 0; k < n; ++k) r[k] += by * f[k];
-      }
+      for (int j = 0; j < kStages; ++j) add(n, h * T.a(i, j), stage(F_, j), r);
     }
     correct(h);
     double size = 0;
@@ -424,7 +437,6 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
     }
     if (!std::isfinite(size)) return Newton::failed;
     iterations_now_ = iteration + 1;
-    last_correction_ = size;
     if (iteration > 0) {
       const double ratio = size / before;
       theta = iteration == 1 ? ratio : std::sqrt(ratio * ratio_before);
@@ -443,10 +455,9 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
 }
 
 // Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
-// much larger than what is left after it.
+// much larger than what is left after it; those at the end are the next step's first, too.
 bool RadauIIA::add_quadratures(double h) {
-  if (system_.quadratures == 0) return true;
-  if (last_correction_ > kNewtonShare && !evaluate_stages(h)) return false;
+  if (!evaluate_stages(h)) return false;
   for (int i = 0; i < kStages; ++i) {
     double* const z = stage(Z_, i);
     for (int k = system_.coupled(); k < system_.size(); ++k) {
@@ -478,6 +489,9 @@ double RadauIIA::error_of(double h, std::span<const double> slope) {
 void RadauIIA::finish(double h, double t_end) {
   const double* const last = stage(Z_, kStages - 1);
   for (int k = 0; k < system_.size(); ++k) y_[k] = y_begin_[k] + last[k];
+  const double* const slope = stage(F_, kStages - 1);
+  std::copy(slope, slope + system_.size(), end_slope_.begin());
+  slope_known_ = true;
   Z_.swap(last_Z_);
   t_ = t_end, length_ = h;
   derivatives_fresh_ = false;
@@ -485,7 +499,7 @@ void RadauIIA::finish(double h, double t_end) {
 
 void RadauIIA::restart(double first_step) {
   proposed_ = first_step;
-  derivatives_known_ = false;
+  derivatives_known_ = slope_known_ = false;
   last_error_ = 0;
   contraction_ = 1;
 }
@@ -493,7 +507,12 @@ void RadauIIA::restart(double first_step) {
 bool RadauIIA::step(double limit) {
   std::copy(y_.begin(), y_.end(), y_begin_.begin());
   begin_ = t_;
-  if (!evaluate(begin_, y_begin_, slope_)) return fail("the right side is not finite");
+  if (slope_known_) {
+    slope_.swap(end_slope_);
+  } else if (!evaluate({&begin_, 1}, y_begin_, slope_)) {
+    return fail("the right side is not finite");
+  }
+  slope_known_ = false;
   bool rejected = false;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     double h = longest_ > 0 ? std::min(proposed_, longest_) : proposed_, t_end = begin_ + h;
@@ -524,7 +543,7 @@ bool RadauIIA::step(double limit) {
     if (error >= 1) {  // once more, which takes out what is stiff
       for (int k = 0; k < system_.coupled(); ++k) moved_[k] = y_begin_[k] + sum_[k];
       std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
-      if (evaluate(begin_, moved_, moved_slope_)) error = error_of(h, moved_slope_);
+      if (evaluate({&begin_, 1}, {moved_.data(), y_.size()}, moved_slope_)) error = error_of(h, moved_slope_);
     }
     const double safety = 0.9 * (2 * kMostIterations + 1) / (2 * kMostIterations + iterations_now_);
     const double small = std::max(error, 1e-12);
@@ -554,6 +573,7 @@ bool RadauIIA::end_at(double t) {
     std::copy(y_begin_.begin(), y_begin_.end(), y_.begin());
     std::fill(last_Z_.begin(), last_Z_.end(), 0.0);
     t_ = begin_, length_ = 0;
+    slope_known_ = false;
     return true;
   }
   if (!factorize(h)) return fail("the step to an event cannot be solved");
@@ -578,16 +598,10 @@ void RadauIIA::at(double t, std::span<double> y) const {
   std::copy(y_begin_.begin(), y_begin_.end(), y.begin());
   const std::array<double, kStages> L = basis((t - begin_) / length_);
   for (int i = 0; i < kStages; ++i) {
-    const double* const z = stage(last_Z_, i);
-    for (int k = 0; k < system_.size(); ++k) y[k] += L[i] * z[k];
+    add(system_.size(), L[i], stage(last_Z_, i), y.data());
   }
 }
 
 double RadauIIA::time_of_stage(int i) const { return begin_ + tableau().c[i] * length_; }
-
-void RadauIIA::at_stage(int i, std::span<double> y) const {
-  const double* const z = stage(last_Z_, i);
-  for (int k = 0; k < system_.size(); ++k) y[k] = y_begin_[k] + z[k];
-}
 
 }  // namespace grapnel

@@ -26,8 +26,10 @@ namespace grapnel {
 /// The numbers y in order: positions, rates, quadratures.
 struct StiffSystem {
   int positions = 0, rates = 0, quadratures = 0;
-  /// y'(t, y), all numbers. Never throws; a result that is not finite makes the step shorter.
-  std::function<void(double t, std::span<const double> y, std::span<double> dydt)> derivative;
+  /// y'(t, y), all numbers, at so many points at once as there are times: y's one after the other, results likewise.
+  /// Stages and columns of the Jacobian are asked for together. Never throws; a result that is not finite makes the
+  /// step shorter.
+  std::function<void(std::span<const double> t, std::span<const double> y, std::span<double> dydt)> derivatives;
 
   int coupled() const { return positions + rates; }
   int size() const { return coupled() + quadratures; }
@@ -46,7 +48,10 @@ class RadauIIA {
 
   /// Begins anew where it is, with a step of this length: the derivative has changed.
   void restart(double first_step);
-  /// One step, not beyond `limit` > time(). False: no step was possible, message() says why.
+  /// The derivative has jumped here by little: the length of steps and the matrices stay.
+  void jump() { slope_known_ = false; }
+  /// One step, not beyond `limit` > time(). False: no step was possible, message() says why. Of the derivatives at
+  /// kStages points that were asked for, the last are those at the stages of the step that was made.
   bool step(double limit);
   /// The last step again, such that it ends at `t`, which is not before its beginning; its error is not estimated.
   /// False: it could not be solved.
@@ -57,11 +62,9 @@ class RadauIIA {
   double time() const { return t_; }
   double begin() const { return begin_; }  // of the last step
   std::span<const double> y() const { return y_; }
-  std::span<const double> y_at_begin() const { return y_begin_; }
   /// At a time within the last step: the collocation's polynomial, of order 6.
   void at(double t, std::span<double> y) const;
-  /// The solution at stage `i` of the last step, and its time.
-  void at_stage(int i, std::span<double> y) const;
+  /// Of stage `i` of the last step.
   double time_of_stage(int i) const;
 
   long evaluations() const { return evaluations_; }
@@ -82,7 +85,7 @@ class RadauIIA {
   const double* stage(const std::vector<double>& of, int i) const {
     return &of[static_cast<std::size_t>(i) * system_.size()];
   }
-  bool evaluate(double t, std::span<const double> y, std::span<double> dydt);
+  bool evaluate(std::span<const double> t, std::span<const double> y, std::span<double> dydt);
   void difference();
   bool factorize(double h);
   void predict(double h, double from);
@@ -101,10 +104,11 @@ class RadauIIA {
   double proposed_ = 0, longest_ = 0;
   double contraction_ = 1, last_error_ = 0, last_length_ = 0;
   bool derivatives_known_ = false, derivatives_fresh_ = false, factors_known_ = false, slow_ = false;
+  bool slope_known_ = false;  // at the end
   int iterations_now_ = 0;
-  double last_correction_ = 0;  // over the tolerances
   double factored_for_ = 0;
-  std::vector<double> y_, y_begin_, slope_, moved_slope_, sum_, moved_;
+  std::vector<double> y_, y_begin_, slope_, end_slope_, moved_slope_, sum_;
+  std::vector<double> times_, moved_, slopes_;        // of points at once: stages or columns
   std::vector<double> Z_, F_, R_, last_Z_, scratch_;  // per stage, all numbers
   std::vector<double> X_w_, W_w_, W_x_, curvature_;   // by columns; curvature_ = W_x X_w
   std::array<Factors, 3> factors_;

@@ -5,7 +5,7 @@
 /// what they keep together; constraint/loop_columns.hpp has the rows of one case.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel::lanes {

@@ -23,7 +23,7 @@
 #include "grapnel/lanes/lane_outside.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/lane_wheels.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -5,7 +5,7 @@
 /// need no recursion and no solution of six equations.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel::lanes {

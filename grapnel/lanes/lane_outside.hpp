@@ -10,7 +10,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_free_bodies.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
 

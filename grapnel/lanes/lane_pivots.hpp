@@ -7,7 +7,7 @@
 /// take different rows a column is blended from all, where they take the same one it is read. Both give the same bits.
 
 #include "grapnel/constraint/loop_limits.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 
 namespace grapnel::lanes {
 

@@ -8,7 +8,7 @@
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_rollout_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 
 namespace grapnel::lanes {

@@ -8,7 +8,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/newton_euler_kernel.hpp"
 #include "grapnel/lanes/lane_states_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 
 namespace grapnel::lanes {
 

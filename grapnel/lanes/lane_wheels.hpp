@@ -7,7 +7,7 @@
 /// case's own times.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/lanes/pack.hpp"
+#include "grapnel/pack/pack.hpp"
 #include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel::lanes {

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <thread>
 
-#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel::lanes {
 namespace {

@@ -8,9 +8,9 @@
 /// instruction set among those with fused products. They are those of dynamics/ up to rounding, since there the
 /// compiler chooses which products are fused.
 
-#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/lane_states_tables.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel::lanes {
 

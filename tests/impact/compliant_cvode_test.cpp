@@ -65,7 +65,7 @@ class Reference {
       for (int i = 0; i < system_.contact_count(); ++i) {
         for (int which = 1; which >= 0; --which) {
           if (crossed[2 * i + which] == 0) continue;
-          system_.phase[i] = system_.phase_after(i, which);
+          system_.phase[i] = system_.phase_after(i, which, system_.loads()[i]);
           last_event_ = t_;
           break;
         }

@@ -14,25 +14,32 @@ namespace radau_iia_test {
 using problems::largest_difference;
 using problems::Vector;
 
+// Point by point.
+template <class Derivative>
+auto at_each(Derivative derivative) {
+  return [derivative](std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
+    const std::size_t n = y.size() / t.size();
+    for (std::size_t k = 0; k < t.size(); ++k) derivative(t[k], y.subspan(k * n, n), dydt.subspan(k * n, n));
+  };
+}
+
 // x' = w, w' = -(x - s) / e^2 - 2 (w - s') / e + s'' with s = cos(t + 0.7), and the integral of w s': x = s, w = s',
 // however stiff the spring.
 double phase(double t) { return t + 0.7; }
 StiffSystem held_to_cosine(double e) {
-  return {1, 1, 1, [e](double t, std::span<const double> y, std::span<double> dydt) {
+  return {1, 1, 1, at_each([e](double t, std::span<const double> y, std::span<double> dydt) {
             const double c = std::cos(phase(t)), s = std::sin(phase(t));
             dydt[0] = y[1];
             dydt[1] = -(y[0] - c) / (e * e) - 2 * (y[1] + s) / e - c;
             dydt[2] = -y[1] * s;
-          }};
+          })};
 }
 Vector cosine_at(double t) {
   return {std::cos(phase(t)), -std::sin(phase(t)), 0.5 * t - 0.25 * (std::sin(2 * phase(t)) - std::sin(2 * phase(0)))};
 }
 
 // Two bodies about each other, not linear.
-StiffSystem kepler() {
-  return {2, 2, 0, [](double t, std::span<const double> y, std::span<double> dydt) { problems::Kepler{}(t, y, dydt); }};
-}
+StiffSystem kepler() { return {2, 2, 0, at_each(problems::Kepler{})}; }
 
 RadauIIA radau_with(StiffSystem system, const Vector& start, double tolerance, double first_step) {
   const Vector sizes(start.size(), 1.0), tolerances(start.size(), tolerance);
@@ -131,11 +138,37 @@ TEST(RadauIIA, StepsEndWhereTheyAreTold) {
   EXPECT_LT(largest_difference(radau.y(), cosine_at(0.3)), 1e-2 * between);
 }
 
+// The last points that were asked for together are the stages of the step that was made, and the step's end is not
+// asked for again.
+TEST(RadauIIA, LooksAtTheStagesLast) {
+  const StiffSystem inner = held_to_cosine(0.1);
+  Vector times, begin;
+  std::vector<int> alone;  // how often a step's beginning was asked for
+  const auto noting = [&](std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
+    if (t.size() == RadauIIA::kStages) times.assign(t.begin(), t.end());
+    if (t.size() == 1) alone.back() += std::equal(y.begin(), y.end(), begin.begin());
+    inner.derivatives(t, y, dydt);
+  };
+  RadauIIA radau = radau_with({1, 1, 1, noting}, cosine_at(0), 1e-7, 0.01);
+  for (int step = 0; step < 6; ++step) {
+    alone.push_back(0);
+    begin.assign(radau.y().begin(), radau.y().end());
+    if (step == 4) radau.jump();
+    ASSERT_TRUE(radau.step(10));
+    if (step == 2) {
+      ASSERT_TRUE(radau.end_at(0.5 * (radau.begin() + radau.time())));
+    }
+    for (int i = 0; i < RadauIIA::kStages; ++i) EXPECT_EQ(times[i], radau.time_of_stage(i));
+  }
+  EXPECT_EQ(alone, (std::vector<int>{1, 0, 0, 0, 1, 0}));
+  EXPECT_LT(largest_difference(radau.y(), cosine_at(radau.time())), 1e-7);  // measured 8.9e-9
+}
+
 TEST(RadauIIA, SaysWhenNoStepSucceeds) {
-  const StiffSystem broken{1, 1, 0, [](double t, std::span<const double> y, std::span<double> dydt) {
+  const StiffSystem broken{1, 1, 0, at_each([](double t, std::span<const double> y, std::span<double> dydt) {
                              dydt[0] = y[1];
                              dydt[1] = t > 0.1 ? NAN : -y[0];
-                           }};
+                           })};
   RadauIIA radau = radau_with(broken, {1, 0}, 1e-6, 0.05);
   bool made = true;
   for (int i = 0; made && i < 200; ++i) made = radau.step(1);

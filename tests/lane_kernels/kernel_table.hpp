@@ -9,9 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/model/tree.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel::lanes {
 

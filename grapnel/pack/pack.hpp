@@ -358,6 +358,14 @@ GRAPNEL_INLINE S tanh(const S& x) {
   return select(x < S(0.0), -magnitude, magnitude);
 }
 
+/// Each lane's number, not negative, to a power, by the C library.
+template <class Arch>
+__attribute__((noinline)) Pack<Arch> power(const Pack<Arch>& x, double exponent) {
+  Pack<Arch> result;
+  for (int lane = 0; lane < Arch::kWidth; ++lane) result.set(lane, __builtin_pow(x.get(lane), exponent));
+  return result;
+}
+
 /// The angle of the shorter rotation over s, with w's sign: 2 atan2(s, |w|) / s for s >= 0, the norm of a quaternion's
 /// vector part, and its scalar part w, not both zero. The arc tangent of a quotient within tan(pi/8) by a polynomial
 /// (interpolated at Chebyshev's points, relative error 7e-18), of others from pi/4 or pi/2 on; small turns need no

@@ -1,4 +1,4 @@
-#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 #include <cstdlib>
 #include <stdexcept>
