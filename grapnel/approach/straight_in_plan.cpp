@@ -95,7 +95,7 @@ ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, c
 ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in, const ReachProblem& reach,
                                                            ReachSolution solution) {
   constexpr int kElsewhere = 6, kEnough = 2, kEnoughFar = 1;
-  int tried = 1;
+  int tried = 1, elsewhere = 0;
   const std::vector<double> chosen = solution.position;
   const long before = plan_.report.rhs_evaluations;
   const auto much = [&] {
@@ -123,7 +123,7 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
     // Far from it after so many, or after so much work, it is taken for impossible.
     constexpr double kFar = 0.1;
     const bool far = best.piece.violation > kFar;
-    if (best.piece.kept || i == kElsewhere || (far && i >= kEnoughFar) || (i >= kEnough && much())) break;
+    if (best.piece.kept || i == kElsewhere || (far && elsewhere >= kEnoughFar) || (i >= kEnough && much())) break;
     // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
@@ -135,7 +135,7 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
     }
     now = stand_off_near(in, reach, guess, 4);
     if (!now) continue;
-    ++tried;
+    ++tried, ++elsewhere;
     if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
   }
   // One that keeps its limits, but passes a singularity, is better than none: it comes with a warning.

@@ -118,11 +118,6 @@ class MarginBound {
   std::array<double, 2> slopes_{0, 0};  // of the last two steps
 };
 
-// Cases of a block that are under way at once: 16 for each of AVX-512's lanes, so that lanes are rarely empty, and so
-// few that what they hold is written where it was just read: 390 at once took 5 % more time, 2 % of it in the kernel,
-// for pages given back and asked for again (docs/performance.md).
-constexpr std::size_t kUnderWay = 128;
-
 // A case on its way.
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
@@ -256,8 +251,8 @@ PhaseOutcome outcome_of(const lanes::LaneStructure& structure, const lanes::Lane
 
 class LaneBlock {
  public:
-  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop)
-      : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop) {}
+  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop, std::size_t most)
+      : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop), most_(most) {}
 
   std::vector<CaseRow> run(const Block& block) {
     next_ = block.begin, end_ = block.end;
@@ -292,7 +287,7 @@ class LaneBlock {
   // As many cases as may be under way. Whether there was any to begin.
   bool begin_some() {
     const std::uint64_t first = next_;
-    while (next_ < end_ && under_way_ < kUnderWay && !stop_.stop_requested()) {
+    while (next_ < end_ && under_way_ < most_ && !stop_.stop_requested()) {
       flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
       ++under_way_;
       begin(*flights_.back(), next_++);
@@ -382,11 +377,12 @@ class LaneBlock {
     return together;
   }
 
-  // Begins further cases, if any may be, and takes them as far as where they go in lanes with `together`, which they
-  // join. Whether there was any to begin.
+  // Begins further cases, if many may be, and takes them as far as where they go in lanes with `together`, which they
+  // join. Whether there was any to begin. Where most places are taken, by cases that wait for other lanes, the few left
+  // would fill none.
   bool begin_more(const lanes::LaneStructure& structure, bool watched, bool may_stop, std::vector<Flight*>& together) {
     const std::size_t begun = flights_.size();
-    if (!begin_some()) return false;
+    if (2 * under_way_ > most_ || !begin_some()) return false;
     for (;;) {
       std::vector<Flight*> waiting = waiting_from(begun);
       const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
@@ -493,6 +489,7 @@ class LaneBlock {
   const CaptureDetail detail_;
   const lanes::InstructionSet set_;
   const std::stop_token& stop_;
+  const std::size_t most_;                        // cases under way at once
   std::vector<std::unique_ptr<Flight>> flights_;  // begun, in the order of their cases
   std::size_t under_way_ = 0;
   std::uint64_t next_ = 0, end_ = 0;  // cases to be begun
@@ -510,8 +507,8 @@ std::string reason_alone(const MotionTask& task) {
 }
 
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                        const std::stop_token& stop) {
-  return LaneBlock(campaign, set, stop).run(block);
+                                        const std::stop_token& stop, std::size_t under_way) {
+  return LaneBlock(campaign, set, stop, under_way).run(block);
 }
 
 }  // namespace grapnel

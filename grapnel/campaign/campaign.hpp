@@ -119,12 +119,17 @@ using BlockWork = std::function<std::vector<CaseRow>(const Block&, const std::st
 /// one. The campaign must outlive it.
 BlockWork block_work(const Campaign& campaign);
 
+/// Cases of a block that are under way at once: 16 for each of AVX-512's lanes, so that lanes are rarely empty, and so
+/// few that what they hold is still at hand: 390 at once took 5 % more time, most of it the system's, for pages given
+/// back and asked for again (docs/performance.md).
+inline constexpr std::size_t kCasesUnderWay = 128;
+
 /// The rows of a block's cases side by side: their pieces of motion are integrated in SIMD lanes, everything else case
 /// by case. A piece of motion that lanes do not know (reason_alone()) is integrated alone, as run_campaign_case()
 /// does it. Which pieces those are, and every number of a row, follow from the case alone. After a stop request fewer
-/// rows, or none.
+/// rows, or none. `under_way`: as kCasesUnderWay, at least one; rows do not depend on it.
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                        const std::stop_token& stop);
+                                        const std::stop_token& stop, std::size_t under_way = kCasesUnderWay);
 
 /// Why a piece of motion is integrated alone; empty: it is for lanes.
 std::string reason_alone(const MotionTask& task);

@@ -140,10 +140,12 @@ std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
   return rankings;
 }
 
-// Independent pieces of work, from 0 to n - 1, on several threads.
+// Independent pieces of work, from 0 to n - 1, on several threads; not on dozens, each of which holds a column.
 template <class Work>
 void for_each_of(std::size_t n, int threads, const Work& work) {
-  run_jobs(n, {threads, {}, {}}, {}, [&](std::size_t i, const HandIn&, const std::stop_token&) { work(i); });
+  constexpr int kMostThreads = 8;
+  run_jobs(n, {std::min(threads, kMostThreads), {}, {}}, {},
+           [&](std::size_t i, const HandIn&, const std::stop_token&) { work(i); });
 }
 
 void describe_columns(const Rows& rows, int threads, CampaignReport& report) {

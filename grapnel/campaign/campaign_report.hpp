@@ -153,7 +153,8 @@ struct SweepReport {
 template <>
 const Type& type_of<SweepReport>();
 
-/// Each of `threads` reads a column at a time: about 200 bytes a row at once, whatever their number. The same rows give
+/// Each of `threads`, of which it uses eight at most, reads a column at a time: about 200 bytes a row at once, whatever
+/// the number of columns. The same rows give
 /// the same report, bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if
 /// the table is of another campaign.
 CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version,

@@ -25,7 +25,7 @@ struct Ranking {
   std::vector<std::uint8_t> same;    // 1: as large as the one before it in `order`
 };
 /// Equal numbers come in a pseudo-random order that depends on their indices alone: consecutive points of an evenly
-/// spread sample are not neighbours in disguise. O(n log n). @throws std::length_error
+/// spread sample are not neighbours in disguise. O(n). @throws std::length_error
 Ranking ranking_of(std::span<const double> numbers);
 /// Rank of every number from 1, equal ones their mean rank; NaN for what is not finite.
 std::vector<double> mean_ranks(const Ranking& ranking, std::size_t size);

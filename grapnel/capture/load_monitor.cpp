@@ -324,7 +324,6 @@ void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, s
   const auto mean = [&](const std::string& of, const char* quantity, double impulse, double rating) {
     note({of, quantity, phase, impulse / report.duration, report.time, rating, true});
   };
-  peaks_.reserve(peaks_.size() + 6 * report.joints.size() + 4 * report.grasps.size());
   for (std::size_t i = 0; i < report.joints.size(); ++i) {
     const JointImpulse& j = report.joints[i];
     const LoadRating& rating = rating_of(j.joint);

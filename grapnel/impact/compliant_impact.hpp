@@ -121,7 +121,8 @@ struct CompliantOutcome {
 /// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
 /// or a spherical joint all or none; no drive acts on them. `each_step` is called with the time reached and may throw
 /// to end it.
-/// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
+/// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state;
+/// std::runtime_error where GRAPNEL_LANES names no instruction set that runs here (lanes::best_instruction_set()).
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                   std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},

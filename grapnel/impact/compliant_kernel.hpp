@@ -3,8 +3,8 @@
 /// @file
 /// The equations of a compliant impact, (12.1) to (12.11), on any scalar: doubles, or packs with another instant in
 /// every lane.
-/// Included by the translation units that instantiate it: compliant_system.cpp for doubles, compliant_packs_SET.cpp for
-/// packs.
+/// compliant_system.hpp has it for doubles; for packs the translation units compliant_packs_SET.cpp alone instantiate
+/// it.
 
 #include <cmath>
 #include <span>

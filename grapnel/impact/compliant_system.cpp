@@ -231,7 +231,7 @@ void CompliantSystem::say_efforts(double t, const double* q, const double* v, co
   std::fill(effort_.begin(), effort_.end(), 0.0);
   drive_->efforts(t, asked_, wrenches({loads, static_cast<std::size_t>(interfaces())}), effort_);
   for (const int held : held_) effort_[held] = 0;
-  std::copy(effort_.begin(), effort_.end(), effort);
+  if (effort != effort_.data()) std::copy(effort_.begin(), effort_.end(), effort);
 }
 
 // In packs, where more than one is asked for: a pack costs no less for lanes that nobody needs.

@@ -602,6 +602,8 @@ void RadauIIA::at(double t, std::span<double> y) const {
   }
 }
 
-double RadauIIA::time_of_stage(int i) const { return begin_ + tableau().c[i] * length_; }
+double RadauIIA::time_of_stage(int i) const {
+  return i == kStages - 1 ? t_ : begin_ + tableau().c[i] * length_;  // the last is the step's end to the last digit
+}
 
 }  // namespace grapnel

@@ -24,9 +24,9 @@ bool is_supported(InstructionSet set);
 /// All that are, from the fewest lanes to the most.
 std::vector<InstructionSet> supported_instruction_sets();
 
-/// The set that studies use: the widest supported one, or what GRAPNEL_LANES names (sse2, avx2, avx512, one_lane);
-/// nothing when it is "off", or where only one_lane is left. Throws std::runtime_error when it names a set that does
-/// not exist or does not run here.
+/// The set that studies and impacts in time use: the widest supported one, or what GRAPNEL_LANES names (sse2, avx2,
+/// avx512, one_lane); nothing when it is "off", or where only one_lane is left. Throws std::runtime_error when it names
+/// a set that does not exist or does not run here.
 std::optional<InstructionSet> best_instruction_set();
 
 }  // namespace grapnel::lanes

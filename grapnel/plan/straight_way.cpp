@@ -185,6 +185,8 @@ class SelfMotions {
       if (base_.is_held(j)) free.col(j).setZero(), free.row(j).setZero();
     }
     self_motions_ = std::max(self_motions_, static_cast<int>(std::lround(free.trace())));
+    constexpr double kRounding = 1e-12;  // is no freedom, and no program is to move joints by it
+    free = (free.array().abs() < kRounding).select(0.0, free);
     for (int k = 0; k < kTerms; ++k) c.per_position.middleCols(start_unknowns() + k * n_, n_) += phi[k] * free;
     c.per_displacement = base_.displacement_rate(h_B) * s.per_displacement + base_.per_angle() * s.per_position +
                          base_.per_rate() * c.per_position;
@@ -300,7 +302,9 @@ class StraightSearch {
       const bool arrived = worst <= -margin_ + kAimed;
       if (worst > kNearly) {
         StraightWay end = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
-        if (end.violation < best.violation) best = std::move(end);
+        // A piece that keeps its limits and is refused for what it passes by is not given up for one that does not.
+        const bool keeps_limits = best.path.finished && best.trouble.empty();
+        if (!keeps_limits && !end.trouble.empty() && end.violation < best.violation) best = std::move(end);
         break;
       }
       StraightWay end = exact(v);
@@ -440,6 +444,11 @@ class StraightSearch {
   // What is violated most at the nodes, if anything is.
   StraightWay at_nodes(const std::vector<Node>& nodes) {
     StraightWay way;
+    if (!is_finite(nodes)) {
+      way.violation = -kNothing;
+      way.trouble = "joints move beyond all bounds near a singularity";
+      return way;
+    }
     way.violation = kNothing;
     const WayLook::PointAt at = points(nodes);
     for (const WayLook::Found& f : look_.scan(static_cast<int>(nodes.size()), at, 0, kNothing, nullptr)) {

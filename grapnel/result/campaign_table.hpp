@@ -2,7 +2,7 @@
 
 /// @file
 /// table.h5 of a campaign as its analysis and its report read it. docs/formats/campaign.md is its contract. Thread
-/// safety: reentrant; one thread per CampaignTable.
+/// safety: const members may be called from several threads at once; they take turns with HDF5.
 
 #include <cstdint>
 #include <filesystem>

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <stop_token>
 
 #include "capture/capture_case.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
@@ -305,6 +307,69 @@ TEST(LaneBlock, RobotsThatBendAreInLanes) {
           {"robot.links." + std::string(arm) + "-link-" + std::to_string(link) + ".beam.segments", "1"});
   }
   expect_lanes_as_alone({"first-plan", overrides, 3, 3e-8});
+}
+
+// Cases of which every fifth is of another structure, since one arm's joint has friction, and the eighth fails before
+// the impact, since its target is out of reach: with few under way at once lanes are filled again from cases that are
+// begun, and taken as far as there, meanwhile. Rows are those of a block whose cases are all under way.
+TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
+  CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
+                                      std::vector<Override>{{"post_impact.duration", "2"}});
+  base.clearance.enabled = false;
+  base.output_interval = 0;
+  Campaign campaign;
+  campaign.cases = test::kSanitized ? 10 : 40;
+  campaign.columns = standard_columns(base, true);
+  std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [base](std::uint64_t k) {
+    StudyCase point{base, inward_normals(base)};
+    point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
+    if (k % 5 == 0) point.problem.robot.bodies[2].joint.friction.viscous = 0.1;
+    if (k == 7) point.problem.targets[0].X_WT.p[0] += 5;
+    return point;
+  };
+  const Block block{0, 0, campaign.cases};
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    SCOPED_TRACE(lanes::name(set));
+    const std::vector<CaseRow> all = run_block_in_lanes(campaign, block, set, {}, campaign.cases);
+    ASSERT_EQ(all.size(), campaign.cases);
+    EXPECT_EQ(all[7].status, CaseStatus::failed);
+    for (const std::size_t under_way : {std::size_t{1}, std::size_t{3}, std::size_t{12}}) {
+      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, block, set, {}, under_way);
+      ASSERT_EQ(rows.size(), all.size());
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        EXPECT_EQ(rows[k].index, k);
+        EXPECT_EQ(rows[k].status, all[k].status) << rows[k].reason;
+        EXPECT_EQ(rows[k].reason, all[k].reason);
+        ASSERT_EQ(rows[k].values.size(), all[k].values.size());
+        EXPECT_EQ(std::memcmp(rows[k].values.data(), all[k].values.data(), sizeof(double) * all[k].values.size()), 0)
+            << k;
+      }
+    }
+  }
+}
+
+// A request to stop while lanes are being filled again: the block is given up.
+TEST(LaneBlock, StopsWhileLanesAreFilledAgain) {
+  CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
+                                      std::vector<Override>{{"post_impact.duration", "2"}});
+  base.clearance.enabled = false;
+  base.output_interval = 0;
+  std::stop_source stop;
+  std::uint64_t begun = 0;
+  Campaign campaign;
+  campaign.cases = 40;
+  campaign.columns = standard_columns(base, true);
+  std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [&](std::uint64_t) {
+    if (++begun == 9) stop.request_stop();
+    return StudyCase{base, inward_normals(base)};
+  };
+  const auto set = lanes::supported_instruction_sets().back();
+  EXPECT_TRUE(run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, stop.get_token(), 6).empty());
+  EXPECT_LT(begun, 12u);
 }
 
 // The rows of the ledger that say how loops were kept closed come from lanes, and say nothing where lanes do not go.
