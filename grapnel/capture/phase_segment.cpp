@@ -16,6 +16,14 @@ constexpr double kLeastLooks = 32;
 // SafetyMonitor that are shown the ends of steps, without dense output in between, see at least so many.
 constexpr double kLeastWatched = 64;
 
+// Whether something takes energy out of joints, or holds it.
+bool has_damping(const Model& model) {
+  return std::any_of(model.bodies().begin(), model.bodies().end(), [](const Body& body) {
+    const JointDescription& joint = body.description.joint;
+    return joint.friction.viscous > 0 || joint.friction.coulomb > 0 || joint.spring.has_value();
+  });
+}
+
 // Tolerances of a piece of motion. What acts from outside is integrated, not recovered from conserved momenta, and
 // integration errors of the impulse show in the ledger at full size: such phases take tolerances a tenth of the
 // others'.
@@ -32,7 +40,11 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
   } else if (!controlled) {
     // Its energy is conserved and nothing mends it. The steps are long and few: keeping the ledger's bound of 1e-10
     // costs little, whatever tolerance the driven motion is content with. Arms that swing in a closed loop take more.
-    const double free = dynamics.setup().closures.empty() ? 1e-11 : 1e-12;
+    const bool in_loop = !dynamics.setup().closures.empty();
+    const double free = in_loop ? 1e-12 : 1e-11;
+    // The reach of a loop passes near singular postures, where every fifth step was rejected; damped motion takes more
+    // steps by it (docs/performance.md).
+    integration.predictive = in_loop && !has_damping(dynamics.model());
     integration.relative_tolerance = std::min(integration.relative_tolerance, free);
     integration.absolute_tolerance = std::min(integration.absolute_tolerance, free);
   }

@@ -160,6 +160,7 @@ struct StepControl {
   double initial_step = 0.0;                                  // [time]; 0: chosen by start()
   double max_step = std::numeric_limits<double>::infinity();  // [time]; holds to rounding (1e-10 relative)
   std::int64_t max_steps = 10'000'000;                        // accepted and rejected steps from start() on
+  bool predictive = false;                                    // sizes by dop853::predicted_root()
 };
 
 /// DOP853 as a stepper that the caller drives:
@@ -243,6 +244,7 @@ class DormandPrince853 : public Stepper<S> {
   ErrorNorm<S> norm_;
   StepControl control_;
   double proposed_step_ = 0.0;
+  dop853::AcceptedStep accepted_step_;
   bool dense_ready_ = false;
   std::vector<S> stages_;       // k_1 … k_16, n numbers each
   std::vector<S> dense_;        // coefficients 1 … 7 of the interpolating polynomial, n numbers each
@@ -275,6 +277,7 @@ void DormandPrince853<S>::start(Rhs&& rhs, double t0, std::span<const S> y0, dou
   dense_ready_ = false;
   this->begin(rhs, t0, y0, t_end);
   proposed_step_ = control_.initial_step;
+  accepted_step_ = {};
   if (this->status_ == StepStatus::running && control_.initial_step == 0.0) proposed_step_ = choose_initial_step(rhs);
 }
 
@@ -322,7 +325,10 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
       const double defect = normalize(this->manifold_, std::span<S>(this->end_));
       this->evaluate(rhs, t_new, this->end_, stage(13));
       if (all_finite(std::span<const S>(stage(13)))) {
-        proposed_step_ = dop853::size_after_accepted(std::abs(h), std::pow(error, -1.0 / 8.0), rejected);
+        const double root = std::pow(error, -1.0 / 8.0);
+        const double next = control_.predictive ? dop853::predicted_root(std::abs(h), root, accepted_step_) : root;
+        proposed_step_ = dop853::size_after_accepted(std::abs(h), next, rejected);
+        accepted_step_ = {std::abs(h), root};
         // A step cut short by the end says nothing more.
         if (fitted.last) proposed_step_ = std::max(proposed_step_, fitted.wanted);
         this->statistics_.sum_of_error_estimates += error;

@@ -241,6 +241,19 @@ GRAPNEL_INLINE FittedStep fit_step(double proposed, double longest, double remai
   return step;
 }
 
+/// The last accepted step: its size, 0 for none, and error^(-1/8).
+struct AcceptedStep {
+  double size = 0, inverse_root = 1;
+};
+/// Gustafsson's predictive control [Hairer and Wanner 1996, IV.8]: the error^(-1/8) that tells the next size, where the
+/// error changes from step to step as it did from `before` to this one; no more than this step's own.
+GRAPNEL_INLINE double predicted_root(double step, double inverse_root, const AcceptedStep& before) {
+  constexpr double kLargestRoot = 1.7782794100389228;  // of an error of 0.01; smaller ones say nothing
+  if (!(before.size > 0)) return inverse_root;
+  const double root_before = smaller(before.inverse_root, kLargestRoot);
+  return smaller(inverse_root, inverse_root * inverse_root / root_before * (step / before.size));
+}
+
 /// The size after a step of size `step` that was accepted, or rejected, with error^(-1/8).
 GRAPNEL_INLINE double size_after_accepted(double step, double inverse_root, bool rejected_before) {
   return step * larger(smaller(kSafety * inverse_root, rejected_before ? 1.0 : kLargestFactor), kSmallestFactor);

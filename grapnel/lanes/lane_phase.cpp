@@ -218,6 +218,7 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   t.absolute_tolerance = s.integration.absolute_tolerance;
   t.max_step = s.integration.max_step > 0 ? s.integration.max_step : std::numeric_limits<double>::infinity();
   t.max_steps = s.integration.max_steps;
+  t.predictive = s.integration.predictive;
   return t;
 }
 

@@ -177,6 +177,7 @@ struct PhaseTables {
   double absolute_tolerance;
   double max_step;
   std::int64_t max_steps;
+  bool predictive;
 };
 
 /// One case.

@@ -108,9 +108,10 @@ struct LaneState {
   double end = 0;       // of the step under way
   double wanted = 0;    // its size before it was fitted to the interval's end
   double proposed = 0;  // size of the next
-  double first = 0;     // that which the step under way was first tried with
-  double longest = 0;   // that any may have
-  double defect = 0;    // largest of a quaternion's norm
+  dop853::AcceptedStep before{};
+  double first = 0;    // that which the step under way was first tried with
+  double longest = 0;  // that any may have
+  double defect = 0;   // largest of a quaternion's norm
   std::int64_t accepted = 0, rejections = 0, evaluations = 0;
 };
 
@@ -685,7 +686,10 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
     if (lane.refused) continue;
     const double e = error.get(l);
     if (((good >> l) & 1U) != 0) {
-      lane.proposed = dop853::size_after_accepted(lane.step, inverse_eighth_root(e), lane.rejected);
+      const double root = inverse_eighth_root(e);
+      const double next = tables_.predictive ? dop853::predicted_root(lane.step, root, lane.before) : root;
+      lane.proposed = dop853::size_after_accepted(lane.step, next, lane.rejected);
+      lane.before = {lane.step, root};
       // A step cut short by the end says nothing more.
       if (lane.last) lane.proposed = dop853::larger(lane.proposed, lane.wanted);
       lane.first = lane.proposed;

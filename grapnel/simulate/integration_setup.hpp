@@ -24,6 +24,9 @@ struct IntegrationSetup {
   double step = 1e-3;   // for rk4 [s]
   double max_step = 0;  // for adaptive_8; 0: none [s]
   long max_steps = 10'000'000;
+  /// Of adaptive_8: step sizes follow how the error changes from step to step (StepControl::predictive). What
+  /// integrates sets it where that takes fewer steps.
+  bool predictive = false;
   bool operator==(const IntegrationSetup&) const = default;
 };
 

@@ -334,6 +334,7 @@ PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, d
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
+  control.predictive = integration.predictive;
   DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
   return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, interval);
 }
