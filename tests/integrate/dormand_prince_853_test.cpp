@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -125,6 +126,25 @@ TEST(DormandPrince853, ErrorFollowsTheTolerance) {
     }
     previous = error;
   }
+}
+
+// Ten turns on an orbit of eccentricity 0.9: before every passage the error grows from step to step.
+TEST(DormandPrince853, PredictiveControlRejectsFewerSteps) {
+  constexpr double kEccentricity = 0.9, kEnd = 63;
+  IntegrationStatistics statistics[2];
+  for (const bool predictive : {false, true}) {
+    Stepper853 stepper({.size = Kepler::kSize}, {.rtol = 1e-12, .atol = 1e-12}, {.predictive = predictive});
+    run(stepper, Kepler{}, 0.0, Kepler::exact(0.0, kEccentricity), kEnd);
+    EXPECT_LT(largest_difference(stepper.state(), Kepler::exact(kEnd, kEccentricity)), 1e-6);
+    statistics[predictive ? 1 : 0] = stepper.statistics();
+  }
+  const auto &before = statistics[0], &after = statistics[1];
+  std::printf("[ measured ] rejected %ld -> %ld of %ld -> %ld steps, evaluations %ld -> %ld\n",
+              static_cast<long>(before.rejected), static_cast<long>(after.rejected), static_cast<long>(before.accepted),
+              static_cast<long>(after.accepted), static_cast<long>(before.rhs_evaluations),
+              static_cast<long>(after.rhs_evaluations));
+  EXPECT_LT(after.rejected, before.rejected / 2);
+  EXPECT_LT(after.rhs_evaluations, before.rhs_evaluations);
 }
 
 TEST(DormandPrince853, BackwardIntegrationReturnsToTheStart) {
