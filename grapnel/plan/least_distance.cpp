@@ -29,6 +29,7 @@ class Multipliers {
         l_ = next;
         return;
       }
+      if (!next.allFinite()) return;  // rows of numbers too large, or of none: they stay as they were
       // As far as all stay positive.
       double share = 1;
       for (Eigen::Index i = 0; i < size; ++i) {

@@ -38,7 +38,7 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
 
 struct StraightWay {
   bool kept = false;
-  StraightInPath path;     // exact, with the self-motion
+  StraightInPath path;     // exact, with the self-motion; empty where only the nodes were looked at (not kept)
   SelfMotion self_motion;  // empty where the rates of least norm do
   std::string trouble;     // if not kept: what is violated most, by how much and when
   double violation = 0;
