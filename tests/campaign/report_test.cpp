@@ -75,6 +75,7 @@ Analyzed analyzed(Campaign campaign, std::vector<CaseRow> rows) {
   const CampaignTable table(folder.path() / "table.h5");
   const CampaignReport report = analyze_campaign(campaign, table, "1.2.3");
   const std::string text = campaign_json(report);
+  EXPECT_EQ(campaign_json(analyze_campaign(campaign, table, "1.2.3", 3)), text);  // on three threads
   EXPECT_THAT(test::contract_faults<CampaignReport>(Json::parse(text)), ::testing::IsEmpty());
   return {campaign, rows, report, Json::parse(text), text};
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -248,6 +249,38 @@ TEST(Ranking, SharesRanksAmongEqualNumbers) {
   EXPECT_TRUE(std::isnan(ranks[2]));
   EXPECT_EQ(ranks[3], 3.5);
   EXPECT_EQ(ranks[4], 2);
+}
+
+// Numbers of both signs and all sizes, both zeros, infinities and many that are equal, against a sort by comparison.
+TEST(Ranking, OrdersAllFiniteNumbers) {
+  const double large = std::numeric_limits<double>::max(), small = std::numeric_limits<double>::denorm_min();
+  std::vector<double> numbers{0.0,
+                              -0.0,
+                              large,
+                              -large,
+                              small,
+                              -small,
+                              1.0,
+                              std::nextafter(1.0, 2.0),
+                              -1.0,
+                              kNaN,
+                              std::numeric_limits<double>::infinity(),
+                              -std::numeric_limits<double>::infinity()};
+  std::uint64_t state = 1;
+  for (int i = 0; i < 3000; ++i) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    numbers.push_back(std::ldexp(static_cast<double>(state % 7) - 3.0, static_cast<int>(state >> 60)));
+  }
+  std::vector<double> expected;
+  std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(expected), [](double x) { return std::isfinite(x); });
+  std::sort(expected.begin(), expected.end());
+  const Ranking ranking = ranking_of(numbers);
+  ASSERT_EQ(ranking.order.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(numbers[ranking.order[i]], expected[i]);
+    EXPECT_EQ(ranking.same[i] != 0, i > 0 && expected[i] == expected[i - 1]);
+  }
+  EXPECT_TRUE(ranking_of({}).order.empty());
 }
 
 }  // namespace statistics_test
