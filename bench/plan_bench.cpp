@@ -37,13 +37,12 @@ void plan(benchmark::State& state, const char* file, std::optional<ObjectiveKind
 // How long it takes to say that there is no plan.
 void refuse(benchmark::State& state, const testing::ImpossiblePlan& impossible) {
   const CaptureProblem problem = impossible.problem();
-  const TargetPlan targets = plan_targets(problem);
   long evaluations = 0;
   for (auto _ : state) {
-    const ApproachPlan result = plan_approach(problem, targets);
+    const testing::PlanAnswer result = testing::answer(problem);
     if (result.failure.find(impossible.reason) == std::string::npos)
       return state.SkipWithError(("not refused for the reason expected: " + result.failure).c_str());
-    evaluations = result.report.rhs_evaluations;
+    evaluations = result.rhs_evaluations;
   }
   state.counters["rhs"] = static_cast<double>(evaluations);
 }

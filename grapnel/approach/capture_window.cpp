@@ -115,7 +115,7 @@ class WindowSearch {
       best = chosen();
       report_.time = report_.points[*best].time;
     }
-    CaptureTime result{problem_, {}, "", closest_plan_};
+    CaptureTime result{problem_, {}, "", closest_plan_, evaluations_};
     if (!best) result.failure = why_not();
     result.problem.approach->duration = best ? report_.time : nearest().time;
     result.window = std::move(report_);

@@ -28,6 +28,7 @@ struct CaptureTime {
   /// and `closest` what planning said there, where it came so far.
   std::string failure;
   PlanReport closest;
+  long rhs_evaluations = 0;  // of all plans together
 };
 
 /// The problem has an approach with a window. Plans are made on estimates, where targets have them. Counts as one

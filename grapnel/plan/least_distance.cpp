@@ -1,9 +1,8 @@
 #include "grapnel/plan/least_distance.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
-
-#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {
@@ -23,8 +22,8 @@ class Multipliers {
     insert(row);
     while (!rows_.empty()) {
       const auto size = static_cast<Eigen::Index>(rows_.size());
-      const Eigen::VectorXd next =
-          cholesky_solution(Cholesky(G_.topLeftCorner(size, size)), Eigen::VectorXd(r_(rows_)));
+      const auto L = L_.topLeftCorner(size, size).triangularView<Eigen::Lower>();
+      const Eigen::VectorXd next = L.transpose().solve(L.solve(Eigen::VectorXd(r_(rows_))));
       if (next.minCoeff() > 0) {
         l_ = next;
         return;
@@ -40,6 +39,7 @@ class Multipliers {
       for (Eigen::Index i = size; i-- > 0;) {
         if (next[i] <= 0 && l_[i] <= smallest) erase(i);
       }
+      factor();
     }
   }
 
@@ -47,7 +47,10 @@ class Multipliers {
   void insert(Eigen::Index row) {
     const auto last = static_cast<Eigen::Index>(rows_.size());
     rows_.push_back(row);
-    if (G_.rows() <= last) G_.conservativeResize(2 * last + 8, 2 * last + 8);
+    if (G_.rows() <= last) {
+      const Eigen::Index room = 2 * last + 8;
+      G_.conservativeResize(room, room), L_.conservativeResize(room, room);
+    }
     // Rows that depend on each other do not make it singular.
     constexpr double kRounding = 1e-12;  // of the row's square
     for (Eigen::Index i = 0; i <= last; ++i)
@@ -55,6 +58,7 @@ class Multipliers {
     G_(last, last) *= 1 + kRounding;
     l_.conservativeResize(last + 1);
     l_[last] = 0;
+    factor();
   }
 
   void erase(Eigen::Index i) {
@@ -66,6 +70,19 @@ class Multipliers {
     }
     for (Eigen::Index k = i; k < last; ++k) G_.col(k).head(last) = G_.col(k + 1).head(last).eval();
     l_.conservativeResize(last);
+    factored_ = std::min(factored_, i);
+  }
+
+  // L L^T = G, row by row from where it is not so any more: a row more costs its square, not its cube.
+  void factor() {
+    const auto size = static_cast<Eigen::Index>(rows_.size());
+    for (; factored_ < size; ++factored_) {
+      const Eigen::Index k = factored_;
+      Eigen::VectorXd row = G_.col(k).head(k);
+      L_.topLeftCorner(k, k).triangularView<Eigen::Lower>().solveInPlace(row);
+      L_.row(k).head(k) = row.transpose();
+      L_(k, k) = std::sqrt(G_(k, k) - row.squaredNorm());
+    }
   }
 
   const Eigen::MatrixXd& A_;
@@ -73,6 +90,8 @@ class Multipliers {
   double square_;      // e^2
   std::vector<Eigen::Index> rows_;
   Eigen::MatrixXd G_;  // of these rows, with e^2 for what they share
+  Eigen::MatrixXd L_;  // its lower factor, up to row factored_
+  Eigen::Index factored_ = 0;
   Eigen::VectorXd l_;
 };
 

@@ -10,6 +10,7 @@
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/plan/way_restoration.hpp"
 
 namespace grapnel {
 namespace {
@@ -238,12 +239,25 @@ class Search {
       if (i != origin) from.push_back(solutions_[i]);
     }
     std::optional<WayEnd> kept, nearest;
+    const bool keeps = problem_.way.keeps_something();
     const auto attempt = [&](const Shot& solution, int knots, int number) {
-      WayEnd end = keep_way(base_, problem_, solution, knots, number);
-      result_.rhs_evaluations += end.rhs_evaluations;
+      // The search for the best way is long: only where some way is near.
+      WayEnd end;
+      if (keeps && number != kAsItIs) end = look_for_way(solution, knots, number);
+      if (end.violation <= kTolerated) {
+        end = keep_way(base_, problem_, solution, knots, number);
+        result_.rhs_evaluations += end.rhs_evaluations;
+      }
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
       if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
+    const int most = problem_.way.knots.value_or(problem_.way.keeps_something() ? WaySetup::kKnots : 0);
+    std::optional<WayEnd> possible;  // a motion that keeps what is asked, whatever its objective
+    if (keeps) {
+      WayEnd found = find_possible(from, most, kRandom);
+      if (!(found.violation <= kTolerated)) return refuse(best, found, most);
+      possible = std::move(found);
+    }
     // What one polynomial can do is where a spline that is asked for may begin too.
     if (problem_.way.knots.value_or(0) > 0) {
       attempt(best, 0, 0);
@@ -251,27 +265,54 @@ class Search {
       if (simple) from.push_back(*simple->shot);
     }
     std::vector<int> counts = {problem_.way.knots.value_or(0)};
-    if (!problem_.way.knots && problem_.way.keeps_something()) counts.push_back(WaySetup::kKnots);
+    if (most > counts.front()) counts.push_back(most);
     for (const int knots : counts) {
       for (const Shot& solution : from) attempt(solution, knots, 0);
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
       if (kept) break;
     }
-    if (!kept) keep_first(best, counts.back(), attempt);
-    if (!kept) {
-      result_.found = false;
-      take(nearest ? *nearest->shot : best);
-      if (nearest) result_.objective = nearest->objective, result_.terms = nearest->terms;
-      result_.failure = fmt::format(
-          "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
-          "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
-          counts.back(), nearest ? nearest->trouble : "the motion is not resolved");
-      return;
+    if (!kept) keep_first(best, most, attempt);
+    if (!kept && possible) {
+      attempt(*possible->shot, most, 0);
+      if (!kept) attempt(*possible->shot, most, kAsItIs);
     }
+    if (!kept) return refuse(best, nearest, most);
     take(*kept->shot);
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
     result_.way = kept->figures;
     result_.objective = kept->objective, result_.terms = kept->terms;
+  }
+
+  WayEnd look_for_way(const Shot& solution, int knots, int number) {
+    WayEnd end = nearest_way(base_, problem_, solution, knots, number, kTolerated);
+    result_.rhs_evaluations += end.rhs_evaluations;
+    return end;
+  }
+
+  // Whether any way may keep what is asked: the first found from these solutions that does at the nodes, or the nearest
+  // to it. Random splines lead where they do not in cases that are near to it only.
+  WayEnd find_possible(const std::vector<Shot>& from, int knots, int random) {
+    constexpr double kWorthMore = 0.1;
+    WayEnd best;
+    best.violation = std::numeric_limits<double>::infinity();
+    const auto attempt = [&](const Shot& solution, int number) {
+      WayEnd end = look_for_way(solution, knots, number);
+      if (end.violation < best.violation) best = std::move(end);
+    };
+    for (std::size_t i = 0; i < from.size() && best.violation > kTolerated; ++i) attempt(from[i], 0);
+    for (int i = 1; i <= random && knots > 0 && best.violation > kTolerated && best.violation < kWorthMore; ++i)
+      attempt(from.front(), i);
+    return best;
+  }
+
+  void refuse(const Shot& best, const std::optional<WayEnd>& nearest, int knots) {
+    const bool known = nearest && nearest->shot;
+    result_.found = false;
+    take(known ? *nearest->shot : best);
+    result_.failure = fmt::format(
+        "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
+        "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
+        knots, known ? nearest->trouble : "the motion is not resolved");
   }
 
   // Where the objective leads away from every way that keeps what is asked: one that does without it, and the objective

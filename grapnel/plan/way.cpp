@@ -333,11 +333,8 @@ bool wants_clearance(const ReachProblem& problem) {
 
 }  // namespace
 
-WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt) {
-  constexpr int kFiner = 4;
-  const bool at_all_times = problem.way.keeps_something() || wants_clearance(problem);
-  const int panels = kWayPanels[at_all_times ? 0 : 1];
-  SegmentWay way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
+std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
+                                               const Shot& solution, int knots, int attempt) {
   std::vector<double> coefficients(static_cast<std::size_t>(base.joints() * knots), 0.0);
   if (attempt > 0) {
     std::mt19937_64 generator(problem.seed + static_cast<std::uint64_t>(attempt));
@@ -348,6 +345,15 @@ WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& sol
     }
   }
   if (attempt <= 0 && solution.coefficients.size() == coefficients.size()) coefficients = solution.coefficients;
+  return coefficients;
+}
+
+WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt) {
+  constexpr int kFiner = 4;
+  const bool at_all_times = problem.way.keeps_something() || wants_clearance(problem);
+  const int panels = kWayPanels[at_all_times ? 0 : 1];
+  SegmentWay way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
+  std::vector<double> coefficients = coefficients_to_begin_with(base, problem, solution, knots, attempt);
   Exchange exchange(way, finer);
   WayEnd end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
   // More may be missing between the nodes than they show: where a hand comes near its grasp point, say.

@@ -109,6 +109,10 @@ struct WayEnd {
 inline constexpr int kAsItIs = -1;
 WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt);
 
+/// The coefficients with which an attempt begins.
+std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
+                                               const Shot& solution, int knots, int attempt);
+
 /// Whether the problem asks anything of the way, or has an objective that depends on it.
 bool asks_of_way(const ReachProblem& problem);
 

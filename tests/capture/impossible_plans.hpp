@@ -8,15 +8,36 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/capture_window.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {
+
+/// What planning says and how much work it took, with the search for the time of capture where there is a window.
+struct PlanAnswer {
+  std::string failure;
+  bool found;
+  double joints;
+  long rhs_evaluations;
+};
+inline PlanAnswer answer(const CaptureProblem& problem) {
+  const auto joints = static_cast<double>(make_servicer(problem).model.joints().size());
+  if (problem.approach->window) {
+    const CaptureTime chosen = choose_capture_time(problem);
+    return {chosen.failure, chosen.failure.empty(), joints, chosen.rhs_evaluations};
+  }
+  const ApproachPlan plan = plan_approach(problem, plan_targets(problem));
+  return {plan.failure, plan.report.found, joints, plan.report.rhs_evaluations};
+}
 
 struct ImpossiblePlan {
   std::string name;
   std::string scenario;  // in scenarios/, without .yaml
   std::function<void(CaptureProblem&)> ask;
   std::string reason;  // part of the answer
+  double work = 0;     // until it comes: as measured, in thousands of evaluations times joints
 
   CaptureProblem problem() const {
     CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/" + scenario + ".yaml");
@@ -25,6 +46,14 @@ struct ImpossiblePlan {
   }
 };
 
+// A rotation whose third axis is this unit vector.
+inline Rotationd frame_with_z(const Vector3d& z) {
+  const Vector3d other = std::abs(z[0]) < 0.6 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0};
+  Vector3d x = cross(other, z);
+  x = (1 / norm(x)) * x;
+  return Rotationd{x[0], cross(z, x)[0], z[0], x[1], cross(z, x)[1], z[1], x[2], cross(z, x)[2], z[2]};
+}
+
 inline PlanSetup& on_the_way(CaptureProblem& p) {
   PlanSetup& plan = *p.approach->plan;
   plan.limits = PlanSetup::Limits::on_the_way;
@@ -32,7 +61,7 @@ inline PlanSetup& on_the_way(CaptureProblem& p) {
   return plan;
 }
 
-/// Arms of seven joints, two, two at one target, three, six, and one.
+/// What cannot be: the piece straight in, limits, distances, the base's turn, obstacles, reach, times. For arms of seven joints, two, two at one target, three, six, and one.
 inline std::vector<ImpossiblePlan> impossible_plans() {
   using Ask = std::function<void(CaptureProblem&)>;
   const auto rates = [](double limit) -> Ask {
@@ -73,7 +102,29 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
     return [distance](CaptureProblem& p) { p.targets[0].X_WT.p += Vector3d{distance, 0, 0}; };
   };
   const char *two = "dual-arm-tumbling-targets", *both = "dual-arm-satellite-handles", *three = "triple-arm-satellite",
-             *six = "six-arm-servicer", *one = "heavy-satellite-flat-spin", *planar = "first-plan";
+             *six = "six-arm-servicer", *one = "heavy-satellite-flat-spin", *planar = "first-plan",
+             *quiet = "quiet-approach", *window = "tumbling-window";
+  const auto with_splines = [](Ask ask) -> Ask {
+    return [ask](CaptureProblem& p) { ask(p), p.approach->plan->knots.reset(); };
+  };
+  const auto without_straight_in = [](Ask ask) -> Ask {
+    return [ask](CaptureProblem& p) { p.approach->straight_in.reset(), ask(p); };
+  };
+  // A wall between the servicer and the first target's grasp point, so wide that no arm gets round it.
+  const auto wall = [](double before) -> Ask {
+    return [=](CaptureProblem& p) {
+      on_the_way(p).clearance = 0.02, p.approach->plan->near_grasp = 0.3;
+      const GraspSetup& grasp = p.grasps[0];
+      const TargetSetup& target = target_of(p, grasp);
+      const TargetMotion at = plan_targets(p).capture[static_cast<std::size_t>(&target - p.targets.data())];
+      const Vector3d point = at.X_WT * grasp_point_of(p, grasp).X_TG.p, way = point - p.X_WB.p;
+      const Vector3d along = (1 / norm(way)) * way;
+      TargetSetup& behind = p.targets[static_cast<std::size_t>(&target - p.targets.data())];
+      Geometry plate{Geometry::Shape::box, {6, 6, 0.02}};
+      plate.X_BG = inverse(at.X_WT) * Posed{frame_with_z(along), point - before * along};
+      behind.geometry.push_back(plate);
+    };
+  };
   return {
       {"straight-in-short/two-arms", two, in_short(2), "exceeds its rate limit"},
       {"straight-in-short/three-arms", three, in_short(2), "exceeds its rate limit"},
@@ -93,6 +144,29 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
       {"base-turn/two-arms", two, turn(1e-3), "the base turns"},
       {"out-of-reach/two-arms", two, away(5), "comes no closer than"},
       {"out-of-reach/planar", planar, away(3), "comes no closer than"},
+      {"out-of-reach/six-arms", six, away(5), "comes no closer than"},
+      {"positions/six-arms", six, positions(0.3), "at its upper limit"},
+      {"base-turn/six-arms", six, turn(1e-3), "the base turns"},
+      {"clearance/six-arms", six, clearance(0.5), "0.5 m is to be kept"},
+      {"splines/rates/two-arms", two, with_splines(rates(0.03)), "exceeds its rate limit"},
+      {"splines/rates/three-arms", three, with_splines(rates(0.03)), "exceeds its rate limit"},
+      {"splines/rates/six-arms", six, with_splines(rates(0.03)), "exceeds its rate limit"},
+      {"splines/efforts/two-arms", two, with_splines(efforts(0.1)), "exceeds its effort limit"},
+      {"splines/clearance/six-arms", six, with_splines(clearance(0.5)), "0.5 m is to be kept"},
+      {"splines/base-turn/two-arms", two, with_splines(turn(1e-3)), "the base turns"},
+      {"splines/base-turn/six-arms", six, without_straight_in(with_splines(turn(1e-3))), "the base turns"},
+      {"splines/base-turn/both-arms", quiet, turn(1e-3), "the base turns"},
+      {"wall/two-arms", two, with_splines(wall(0.5)), "overlap"},
+      {"wall/six-arms", six, with_splines(wall(0.5)), "overlap"},
+      {"wall/one-arm", one, with_splines(wall(0.7)), "overlap"},
+      {"wall/planar", planar, with_splines(wall(0.5)), "overlap"},
+      {"window/never-within-reach", window, away(6), "by distance none can be reached"},
+      {"window/out-of-reach", window, away(2), "comes no closer than"},
+      {"window/rates", window, with_splines(rates(0.01)), "exceeds its rate limit"},
+      {"window/positions", window, positions(0.3), "comes no closer than"},
+      {"window/clearance", window, with_splines(clearance(0.5)), "0.5 m is to be kept"},
+      {"window/base-turn", window, with_splines(turn(1e-3)), "the base turns"},
+      {"window/wall", window, with_splines(wall(0.5)), "overlap"},
   };
 }
 

@@ -1,0 +1,225 @@
+#include "grapnel/plan/way_restoration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/plan/least_distance.hpp"
+#include "grapnel/plan/segment_way.hpp"
+
+namespace grapnel {
+namespace {
+
+class Restoration {
+ public:
+  explicit Restoration(SegmentWay& way) : way_(way), n_(way.joints()) {
+    const std::vector<double>& limit = way.problem().rate_limit;
+    for (int j = 0; j < static_cast<int>(limit.size()) && way.problem().way.limits; ++j) {
+      if (std::isfinite(limit[static_cast<std::size_t>(j)])) limited_.push_back(j);
+    }
+  }
+
+  // From y, until no more than `enough` is violated, or no step helps any more.
+  WayEnd run(std::vector<double> y, const Shot& like, double enough) {
+    constexpr int kMost = 60, kPatience = 6;  // steps, and those that make it hardly less
+    constexpr double kLess = 0.93;            // of what was violated: less than hardly less
+    constexpr double kSame = 0.97;            // of it, foreseen: nothing is to be gained here
+    constexpr double kSwing = 0.02;           // by which a step may make it worse
+    constexpr double kShortest = 1e-4;        // of a radius
+    constexpr double kArriving = 0.02;        // error of the goals from which what is foreseen counts
+    WayEnd end;
+    if (!way_.shoot(y, like, SegmentAccuracy::search).valid) {
+      end.trouble = "the motion is not resolved", end.violation = kInfinite;
+      return end;
+    }
+    double now = look(end);
+    double least = now, radius = kFarthest;
+    for (int round = 0, stuck = 0; round < kMost && stuck < kPatience && now > enough; ++round) {
+      const Shot here = way_.shot();
+      const Step step = step_within(radius, y);
+      if (!(step.farthest > 0) || radius < kShortest) break;
+      const bool rows_decide = violated_ > enough && here.largest_error() < kArriving;
+      if (rows_decide && radius >= kFarthest && step.foreseen > kSame * violated_) break;
+      std::vector<double> next = y;
+      for (std::size_t i = 0; i < y.size(); ++i) next[i] += step.d[static_cast<Eigen::Index>(i)];
+      keep_bounds(next);
+      const bool valid = way_.shoot(next, here, SegmentAccuracy::search).valid;
+      const double then = valid ? look(end) : kInfinite;
+      if (then < kLess * least)
+        stuck = 0, least = then;
+      else
+        ++stuck;
+      if (then > std::max(1.1 * now, now + kSwing)) {
+        way_.shoot(y, here, SegmentAccuracy::search);
+        radius = 0.3 * step.farthest;
+        continue;
+      }
+      radius = std::min(kFarthest, std::max(radius, 2 * step.farthest));
+      y = std::move(next), now = then;
+    }
+    return end;
+  }
+
+ private:
+  static constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  static constexpr double kNear = 0.2;      // instants this near to a violation are kept as well
+  static constexpr double kFarthest = 0.5;  // that an unknown moves in a step [rad or m]
+
+  // What the latest shot violates most; `best` becomes it where it is better. Instants are kept from now on.
+  double look(WayEnd& best) {
+    std::erase_if(instants_, [&](const WayLook::Instant& i) { return way_.may_touch(i); });
+    WayEnd end;
+    end.violation = -kInfinite;
+    std::map<WayLook::Kept, WayLook::Found> worst;
+    for (const WayLook::Found& f : way_.scan(kNear, -kInfinite, nullptr)) {
+      if (std::find(instants_.begin(), instants_.end(), f.at) == instants_.end()) instants_.push_back(f.at);
+      const auto [known, is_first] = worst.try_emplace(f.at.kept, f);
+      if (f.value > known->second.value) known->second = f;
+      end.violation = std::max(end.violation, f.value);
+    }
+    // Of what stands in each other's way all is said.
+    constexpr double kAsMuch = 0.5;
+    for (const auto& [kept, f] : worst) {
+      if (f.value <= std::max(kTolerated, kAsMuch * end.violation)) continue;
+      end.trouble += (end.trouble.empty() ? "" : " and ") + way_.describe(f);
+    }
+    const Shot& shot = way_.shot();
+    for (int j : limited_) {
+      const double share = std::abs(shot.rate[static_cast<std::size_t>(j)]) / limit(j) - 1;
+      if (share <= end.violation) continue;
+      end.violation = share;
+      if (share > kTolerated) end.trouble = "final rates exceed their limits";
+    }
+    violated_ = end.violation;
+    const double missed = shot.largest_error();
+    constexpr double kNearGoals = 1e-3;  // Newton's method does the rest
+    if (missed > std::max(end.violation, kNearGoals)) end.violation = missed, end.trouble = "the end-effectors do not arrive";
+    if (!best.shot || end.violation < best.violation) {
+      end.shot = std::make_shared<Shot>(shot);
+      end.knots = way_.problem().start.knots;
+      end.position = shot.position, end.rate = shot.rate, end.coefficients = shot.coefficients;
+      best = end;
+    }
+    return end.violation;
+  }
+
+  double limit(int joint) const { return way_.problem().rate_limit[static_cast<std::size_t>(joint)]; }
+
+  void keep_bounds(std::vector<double>& y) const {
+    for (std::size_t j = 0; j < static_cast<std::size_t>(n_); ++j)
+      y[j] = std::clamp(y[j], way_.problem().lower[j], way_.problem().upper[j]);
+  }
+
+  void leave_out_held(Eigen::MatrixXd& rows) const {
+    for (int i = 0; i < static_cast<int>(rows.cols()); ++i) {
+      if (way_.is_held(i % n_)) rows.col(i).setZero();
+    }
+  }
+
+  struct Step {
+    Eigen::VectorXd d;
+    double farthest = 0, foreseen = 0;
+  };
+
+  Step step_within(double radius, const std::vector<double>& y) {
+    const Shot& shot = way_.shot();
+    const int size = way_.unknowns();
+    // d = d0 + P w: d0 of least norm with e + J d0 = 0, P the projection on the null space of J.
+    Eigen::MatrixXd J = shot.J;
+    leave_out_held(J);
+    Eigen::VectorXd d0 = Eigen::VectorXd::Zero(size);
+    Eigen::MatrixXd Q(size, 0);
+    if (J.rows() > 0) {
+      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J.transpose());
+      qr.setThreshold(1e-6);
+      const Eigen::Index rank = qr.rank();
+      Q = qr.householderQ() * Eigen::MatrixXd::Identity(size, rank);
+      // J^T Pi = Q R: J d = -e is R^T Q^T d = -Pi^T e in the rows of full rank.
+      const Eigen::VectorXd e = (qr.colsPermutation().transpose() * shot.error).head(rank);
+      const Eigen::MatrixXd R = qr.matrixR().topLeftCorner(rank, rank);
+      d0 = -(Q * R.triangularView<Eigen::Upper>().transpose().solve(e));
+      const double far = d0.lpNorm<Eigen::Infinity>();
+      if (far > 0.5 * radius) d0 *= 0.5 * radius / far;
+    }
+    // Rows A d <= b.
+    Eigen::MatrixXd A(0, size);
+    std::vector<double> b;
+    const auto put = [&](const Eigen::VectorXd& g, double value) {
+      if (A.rows() <= static_cast<Eigen::Index>(b.size())) A.conservativeResize(2 * A.rows() + 32, size);
+      A.row(static_cast<Eigen::Index>(b.size())) = g.transpose();
+      b.push_back(-value - kAimed);
+    };
+    Eigen::VectorXd g;
+    for (const WayLook::Instant& i : instants_) {
+      const double value = way_.value(i, &g);
+      put(g, value);
+    }
+    for (int j : limited_) {
+      for (const double sign : {1.0, -1.0}) {
+        const double value = sign * shot.rate[static_cast<std::size_t>(j)] / limit(j) - 1;
+        if (value > -kNear) put((sign / limit(j)) * shot.K.row(j).transpose(), value);
+      }
+    }
+    for (int j = 0; j < n_; ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (y[i] + radius > way_.problem().upper[i]) put(Eigen::VectorXd::Unit(size, j), y[i] - way_.problem().upper[i]);
+      if (y[i] - radius < way_.problem().lower[i]) put(-Eigen::VectorXd::Unit(size, j), way_.problem().lower[i] - y[i]);
+    }
+    const auto count = static_cast<Eigen::Index>(b.size());
+    A.conservativeResize(count, size);
+    leave_out_held(A);
+    const Eigen::VectorXd rest = as_vector(b) - A * d0;
+    const Eigen::MatrixXd AP = A - (A * Q) * Q.transpose();
+    const Eigen::VectorXd origin = Eigen::VectorXd::Zero(size);
+    const auto with = [&](double giving) {
+      Step step;
+      step.d = d0 + nearest_below(AP, rest, origin, giving).x;
+      step.farthest = step.d.lpNorm<Eigen::Infinity>();
+      return step;
+    };
+    // Rows give way as little as steps within the radius allow, from what the last step took on.
+    constexpr double kMore = 30, kMost = 1, kOfRadius = 0.5;
+    Step step = with(giving_);
+    double too_little = 0;  // steps are too long with it
+    while (step.farthest > radius && giving_ < kMost) too_little = giving_, giving_ *= kMore, step = with(giving_);
+    while (step.farthest < kOfRadius * radius && giving_ > kGiving) {
+      const double less = std::max(kGiving, too_little > 0 ? std::sqrt(too_little * giving_) : giving_ / kMore);
+      if (giving_ < 2 * less) break;
+      Step other = with(less);
+      if (other.farthest > radius)
+        too_little = less;
+      else
+        giving_ = less, step = std::move(other);
+    }
+    if (step.farthest > radius) step.d *= radius / step.farthest, step.farthest = radius;
+    step.foreseen = count ? (A * step.d - as_vector(b)).maxCoeff() : 0;
+    return step;
+  }
+
+  SegmentWay& way_;
+  int n_;
+  std::vector<int> limited_;  // joints with limits of their final rates
+  std::vector<WayLook::Instant> instants_;
+  double violated_ = 0;      // in the latest shot, but for the goals' errors
+  double giving_ = kGiving;  // of the latest step
+};
+
+}  // namespace
+
+WayEnd nearest_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
+                   double enough) {
+  constexpr int kPanels = 4;
+  SegmentWay way(base, problem, knots, kPanels);
+  std::vector<double> y = solution.position;
+  const std::vector<double> c = coefficients_to_begin_with(base, problem, solution, knots, attempt);
+  y.insert(y.end(), c.begin(), c.end());
+  Shot like = solution;
+  like.K.resize(0, 0);
+  like.coefficients = c;
+  WayEnd end = Restoration(way).run(std::move(y), like, enough);
+  end.rhs_evaluations = way.rhs_evaluations();
+  return end;
+}
+
+}  // namespace grapnel

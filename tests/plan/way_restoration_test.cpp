@@ -1,0 +1,150 @@
+/// Ways that violate as little as there is: against the least peak rate that a spline can have, found otherwise, and on
+/// random arms.
+
+#include "grapnel/plan/way_restoration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "grapnel/plan/joint_spline.hpp"
+#include "grapnel/plan/shooting.hpp"
+#include "plan/plan_case.hpp"
+#include "plan/tilted_arms.hpp"
+#include "support/sanitizers.hpp"
+
+namespace grapnel::testing {
+namespace way_restoration_test {
+
+// A fixed base with one joint, which a demand takes from 0 to `angle` in `duration`, at rest in the end.
+struct OneJoint {
+  Model model;
+  ReachProblem problem;
+};
+OneJoint one_joint(double angle, double duration) {
+  ModelBuilder builder;
+  BodyDescription base, arm;
+  base.name = "base", base.mass = 10, base.inertia = {1, 1, 1, 0, 0, 0};
+  base.joint.type = JointType::fixed;
+  arm.name = "arm", arm.parent = "base", arm.mass = 1, arm.inertia = {0.1, 0.1, 0.1, 0, 0, 0};
+  arm.joint.type = JointType::revolute, arm.joint.axis = {0, 0, 1};
+  builder.add(base), builder.add(arm);
+  builder.add(FrameDescription{"tip", "arm", {Rotationd::identity(), {1, 0, 0}}});
+  OneJoint result{builder.build(), {}};
+  ReachProblem& p = result.problem;
+  p.start = {0, duration, JointProfile::quintic, {0}, {0}, Posed::identity()};
+  p.motion = free_motion(result.model, zero_state(result.model), 0, Vector3d::zero());
+  p.lower = {-3}, p.upper = {3}, p.guess = {0.9 * angle};
+  Goal goal;
+  goal.frame = result.model.frame_index("tip");
+  goal.X_WG.p = {std::cos(angle), std::sin(angle), 0};
+  p.goals = {goal};
+  return result;
+}
+
+// The least largest rate that a quintic with these inner knots can have from 0 to 1 in one second: the Chebyshev
+// approximation of its rate by those of the splines, by Lawson's weights (1961).
+double least_peak_rate(int knots) {
+  constexpr int kTimes = 801, kIterations = 2000;
+  const JointSpline spline(knots);
+  Eigen::MatrixXd A(kTimes, knots);
+  Eigen::VectorXd b(kTimes), weight = Eigen::VectorXd::Constant(kTimes, 1.0 / kTimes);
+  std::vector<JointPoint> N(static_cast<std::size_t>(knots));
+  for (int i = 0; i < kTimes; ++i) {
+    const double s = static_cast<double>(i) / (kTimes - 1);
+    b[i] = evaluate(JointPath{JointProfile::quintic, 1, 0, 1, 0, 0}, s).rate;
+    spline.evaluate(s, N);
+    for (int k = 0; k < knots; ++k) A(i, k) = N[static_cast<std::size_t>(k)].rate;
+  }
+  if (knots == 0) return b.maxCoeff();
+  double least = b.lpNorm<Eigen::Infinity>();
+  for (int i = 0; i < kIterations; ++i) {
+    const Eigen::MatrixXd weighted = weight.asDiagonal() * A;
+    const Eigen::VectorXd c = (A.transpose() * weighted).ldlt().solve(-(weighted.transpose() * b));
+    const Eigen::VectorXd rate = b + A * c;
+    least = std::min(least, rate.lpNorm<Eigen::Infinity>());
+    weight = weight.cwiseProduct(rate.cwiseAbs());
+    weight /= weight.sum();
+  }
+  return least;
+}
+
+TEST(WayRestoration, ViolatesAsLittleAsThereIs) {
+  constexpr double kAngle = 1.3, kDuration = 8, kLimit = 0.1;
+  for (const int knots : {0, 1, 4}) {
+    SCOPED_TRACE(knots);
+    OneJoint one = one_joint(kAngle, kDuration);
+    FloatingBase base(one.model, false);
+    const ReachSolution solution = plan_reach(base, one.problem);
+    ASSERT_TRUE(solution.found) << solution.failure;
+    one.problem.rate_limit = {kLimit};
+    one.problem.way.limits = true;
+    Shooting shooting(base, one.problem);
+    const Shot shot = shooting.shoot(solution.position, solution.rate);
+    const WayEnd end = nearest_way(base, one.problem, shot, knots, 0, kTolerated);
+    const double least = least_peak_rate(knots) * kAngle / kDuration / kLimit - 1;
+    std::printf("[ measured ] %d knots: %.6f, least %.6f\n", knots, end.violation, least);
+    EXPECT_NEAR(end.violation, least, 0.02 * least);
+    EXPECT_NE(end.trouble.find("exceeds its rate limit"), std::string::npos) << end.trouble;
+    ASSERT_TRUE(end.shot);
+    EXPECT_LT(end.shot->largest_error(), 1e-3);
+  }
+}
+
+// A limit that the splines can just keep is kept, one that they just cannot is not.
+TEST(WayRestoration, TellsPossibleFromImpossible) {
+  constexpr double kAngle = 1.3, kDuration = 8;
+  const double least = least_peak_rate(4) * kAngle / kDuration;
+  for (const double share : {1.01, 0.97}) {
+    SCOPED_TRACE(share);
+    OneJoint one = one_joint(kAngle, kDuration);
+    one.problem.rate_limit = {share * least};
+    one.problem.way.limits = true;
+    FloatingBase base(one.model, false);
+    const ReachSolution solution = plan_reach(base, one.problem);
+    EXPECT_EQ(solution.found, share > 1) << solution.failure;
+    if (!solution.found) {
+      EXPECT_LT(solution.rhs_evaluations, 20000);
+      continue;
+    }
+    EXPECT_LE(solution.way->rate_share, 1 + 1e-6);
+  }
+}
+
+class Restored : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, Restored, ::testing::Range(1u, 9u));
+
+// Two arms on a floating base: rates and the base's turn brought well below what the first solution has, with the hands
+// still near their goals.
+TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
+  if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
+  TiltedArms arms = tilted_arms(GetParam());
+  FloatingBase base(arms.model, true);
+  const ReachSolution solution = plan_reach(base, arms.problem);
+  ASSERT_TRUE(solution.found) << solution.failure;
+  Shooting shooting(base, arms.problem);
+  const Shot shot = shooting.shoot(solution.position, solution.rate);
+  ReachProblem p = arms.problem;
+  p.way.limits = true;
+  p.way.base_turn = 1e-4, p.way.R_WB0 = p.start.X_WB.R;
+  p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 1e-3);
+  // What the solution itself has of both.
+  const WayEnd as_it_is = nearest_way(base, p, shot, 4, 0, 1e9);
+  ASSERT_TRUE(as_it_is.shot);
+  const double fastest = 1e-3 * (1 + as_it_is.violation);
+  p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.85 * fastest);
+  p.way.base_turn = std::numeric_limits<double>::infinity();
+  const WayEnd slower = nearest_way(base, p, shot, 4, 0, kTolerated);
+  EXPECT_LE(slower.violation, kTolerated) << slower.trouble;
+  EXPECT_LT(slower.shot->largest_error(), 1e-3);
+  p.rate_limit.assign(static_cast<std::size_t>(base.joints()), std::numeric_limits<double>::infinity());
+  p.way.base_turn = 1e-4;
+  const double turn = nearest_way(base, p, shot, 4, 0, 1e9).violation + 1e-4;
+  p.way.base_turn = 0.7 * turn;
+  const WayEnd stiller = nearest_way(base, p, shot, 4, 0, kTolerated);
+  EXPECT_LE(stiller.violation, kTolerated) << stiller.trouble;
+  EXPECT_LT(stiller.shot->largest_error(), 1e-3);
+}
+
+}  // namespace way_restoration_test
+}  // namespace grapnel::testing
