@@ -69,7 +69,6 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     if (!end.finished) trouble_ = end.failure;
     if (!end.finished || i == kMostSettlings) return shot;
     shot.X_WB = end.X_WB;
-    base_.place(shot.position);
     if (given || n == 0) break;
     const Momentumd h_B = problem_.motion.in_base(problem_.start.end, end.X_WB);
     const DemandedRates demanded = demanded_rates(base_, end.X_WB, h_B, problem_.goals, problem_.demand);
