@@ -37,6 +37,7 @@ struct PlacedNumbers {
 template <class S>
 void place_poses(const ServicerTree<S>& tree, std::span<const S> q, const PlacedNumbers<S>& at) {
   at.X_BL[0] = Pose<S>::identity();
+  at.axis[0] = Twist<S>::zero();
   for (int i = 1; i < tree.link_count; ++i) {
     const TreeLink<S>& link = tree.links[i];
     const Pose<S>& parent = at.X_BL[link.parent];
