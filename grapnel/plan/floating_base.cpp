@@ -80,9 +80,14 @@ Vector6d FloatingBase::momentum_part(const Momentumd& h_B) const {
   return floats_ ? column(twist_of(placed_, h_B)) : Vector6d::Zero();
 }
 
+Vector6d FloatingBase::twist_at(std::span<const double> rates, const Momentumd& h_B) const {
+  Vector6d V_B = momentum_part(h_B);
+  for (int j = 0; j < joints(); ++j) V_B += rates[j] * per_rate_.col(j);  // (1)
+  return V_B;
+}
+
 void FloatingBase::move(std::span<const double> rates, const Momentumd& h_B) {
-  V_B_ = momentum_part(h_B);
-  for (int j = 0; j < joints(); ++j) V_B_ += rates[j] * per_rate_.col(j);  // (1)
+  V_B_ = twist_at(rates, h_B);
   momentum_per_angle(tree(), placed_.numbers(), rates.data(), twist_from(V_B_), motion());
   if (!floats_) return;
   for (int j = 0; j < joints(); ++j) per_angle_.col(j) = -column(twist_of(placed_, dh_[j]));  // (3)
