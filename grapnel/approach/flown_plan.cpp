@@ -127,8 +127,7 @@ FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::ve
   const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
   base_.place(position);
   FlownEnd result;
-  Eigen::MatrixXd unused, unused_too;
-  goal_error(base_, X_WB, goals, result.error, unused, unused_too);
+  goal_error(base_, X_WB, goals, result.error);
   result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
   if (reach.demand == RateDemand::given) return result;
   const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);

@@ -39,7 +39,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/kinematics.hpp"
-#include "grapnel/dynamics/symmetric_solve.hpp"
+#include "grapnel/plan/link_placement.hpp"
 
 namespace grapnel {
 
@@ -86,7 +86,7 @@ using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// The links for one set of joint values, in B about B's origin, and what of (5) depends on them alone.
 struct PlacedLinks {
-  std::vector<LinkMotion<double>> motion;    // X_BL, per link
+  std::vector<Posed> X_BL;                   // per link
   std::vector<Twistd> axis;                  // S, per link
   std::vector<RigidBodyInertiad> composite;  // I^c, per link
   std::vector<RigidBodyInertiad> inertia;    // of the link alone
@@ -95,6 +95,12 @@ struct PlacedLinks {
   Vector3d com = Vector3d::zero();           // of all links [m]
   double mass = 0;                           // [kg]
   Symmetric3d H_inverse = Symmetric3d::zero();
+
+  /// Makes room for so many.
+  void resize(int links, int joints);
+  PlacedNumbers<double> numbers();
+  /// To be read only.
+  PlacedNumbers<double> numbers() const { return const_cast<PlacedLinks*>(this)->numbers(); }
 };
 
 /// See the file comment. Joints are counted as in Model::joints(); the model is one tree, the servicer.
@@ -110,10 +116,16 @@ class FloatingBase {
   void keep_attitude() { keeps_attitude_ = true; }
   bool turns() const { return floats_ && !keeps_attitude_; }
   const Model& model() const { return model_; }
+  /// As the equations see it.
+  ServicerTree<double> tree() const;
 
   /// Everything that plans places the base for each of its evaluations: `watch` counts them, and what it throws ends
   /// the planning. It must outlive the object; null: nobody watches.
   void be_watched_by(WorkWatch* watch) { watch_ = watch; }
+  /// So many placements were made elsewhere (PathSegment's nodes).
+  void count(int placements) const {
+    if (watch_) watch_->count(placements);
+  }
 
   /// Joints that no demand may move: generalized_jacobian() has zeros there. One entry per joint; empty: none.
   void hold(std::vector<bool> joints) { held_ = std::move(joints); }
@@ -134,6 +146,8 @@ class FloatingBase {
   /// Base twist V_B for joint rates and momentum about B's origin in B, by (1); after place().
   void move(std::span<const double> rates, const Momentumd& h_B);
   const Vector6d& base_twist() const { return V_B_; }
+  /// The same twist alone, without what follows move(): a fifth of the work.
+  Vector6d twist_at(std::span<const double> rates, const Momentumd& h_B) const;
   /// The twist that momentum alone gives the base, I_c^-1 h_B; after place().
   Vector6d momentum_part(const Momentumd& h_B) const;
 
@@ -178,13 +192,9 @@ class FloatingBase {
  private:
   // Poses and axes.
   void place_links(std::span<const double> theta, PlacedLinks& placed);
-  // Spin momentum, in B, that the rotor of a link's joint has per rate of the joint.
-  Vector3d rotor_momentum(const PlacedLinks& placed, int link) const;
   // V_B of (4) for a momentum about B's origin.
   static Twistd twist_of(const PlacedLinks& links, const Momentumd& h);
-  // dh/dtheta_j of (2) per joint, for a base that moves with V_B.
-  void momentum_per_angle(const PlacedLinks& links, std::span<const double> rates, const Twistd& V_B,
-                          std::span<Momentumd> dh);
+  MotionNumbers<double> motion() { return {V_.data(), h_.data(), dh_.data()}; }
 
   const Model& model_;
   bool floats_, keeps_attitude_ = false;
@@ -192,7 +202,7 @@ class FloatingBase {
   std::vector<bool> held_;       // per joint, if any
   std::vector<int> joint_link_;  // per joint: its link in the tree
   std::vector<int> link_joint_;  // per link: its joint, -1 for the root
-  std::vector<double> q_;        // coordinates with the root at the identity
+  std::vector<double> q_;        // coordinates
   PlacedLinks placed_;
   std::vector<Twistd> V_;      // per link
   std::vector<Momentumd> h_;   // of the subtree, per link

@@ -44,31 +44,42 @@ int error_rows(std::span<const Goal> goals) {
   return rows;
 }
 
+void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error) {
+  error.resize(error_rows(goals));
+  int row = 0;
+  for (const Goal& g : goals) {
+    const Posed X_WE = X_WB * base.frame_pose(g.frame);
+    error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
+    if (g.orientation == Goal::Orientation::axis) {
+      const Vector3d phi = rotation_vector(rotation_between(g.direction_W, X_WE.R * g.axis_E));
+      error.segment<2>(row + 3) = across(g.direction_W) * column(phi);
+    } else if (g.orientation == Goal::Orientation::pose) {
+      error.segment<3>(row + 3) = column(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
+    }
+    row += rows_of(g);
+  }
+}
+
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
                 Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base) {
-  const int rows = error_rows(goals);
-  error.resize(rows), J_joint.resize(rows, base.joints()), J_base.resize(rows, 6);
+  goal_error(base, X_WB, goals, error);
+  const Eigen::Index rows = error.size();
+  J_joint.resize(rows, base.joints()), J_base.resize(rows, 6);
   Matrix6Xd J;
   Eigen::Matrix<double, 6, 6> Jb;
   int row = 0;
   const bool joints = base.joints() > 0;
   for (const Goal& g : goals) {
-    const Posed X_WE = X_WB * base.frame_pose(g.frame);
     frame_jacobians(base, X_WB, g.frame, J, Jb);
-    error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
     if (joints) J_joint.middleRows(row, 3) = J.bottomRows(3);
     J_base.middleRows(row, 3) = Jb.bottomRows(3);
     row += 3;
     if (g.orientation == Goal::Orientation::axis) {
-      const Vector3d a = X_WE.R * g.axis_E;
-      const Vector3d phi = rotation_vector(rotation_between(g.direction_W, a));
       const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
-      error.segment<2>(row) = B * column(phi);
       if (joints) J_joint.middleRows(row, 2) = B * J.topRows(3);
       J_base.middleRows(row, 2) = B * Jb.topRows(3);
       row += 2;
     } else if (g.orientation == Goal::Orientation::pose) {
-      error.segment<3>(row) = column(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
       if (joints) J_joint.middleRows(row, 3) = J.topRows(3);
       J_base.middleRows(row, 3) = Jb.topRows(3);
       row += 3;

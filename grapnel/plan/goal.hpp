@@ -47,6 +47,8 @@ int error_rows(std::span<const Goal> goals);
 /// values at a fixed base, and with a displacement of the base in B (exact where the error vanishes).
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
                 Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base);
+/// The error alone.
+void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error);
 
 /// The two components of an axis goal's error in goal_error() as the rotation that they stand for, in W [rad].
 Eigen::Vector3d across_in_world(const Goal& goal, const Eigen::Vector2d& error);

@@ -13,7 +13,8 @@
 namespace grapnel {
 namespace {
 
-constexpr int kStages = 16;  // nodes of a panel
+constexpr int kStages = kPanelNodes;
+using Vector4 = std::array<double, 4>;
 // The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
 // goes with their square.
 constexpr double kUnresolved[] = {1e-5, 1e-8};
@@ -26,14 +27,56 @@ const GaussLegendre& method() {
   return gauss;
 }
 
-Eigen::Matrix3d matrix_of(const Symmetric3d& I) {
-  return (Eigen::Matrix3d() << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz).finished();
+// a_ij of the collocation, column by column.
+const double* collocation() {
+  static const std::vector<double> columns = [] {
+    std::vector<double> a;
+    for (int j = 0; j < kStages; ++j) {
+      for (int i = 0; i < kStages; ++i) a.push_back(method().a(i, j));
+    }
+    return a;
+  }();
+  return columns.data();
 }
+
+NodeLayout layout_of(int links, int joints) {
+  NodeLayout l{};
+  int next = 0;
+  const auto put = [&](int& offset, int numbers) { offset = next, next += numbers; };
+  put(l.X_BL, 12 * links), put(l.axis, 6 * links), put(l.composite, 10 * links), put(l.inertia, 10 * links);
+  put(l.joint_momentum, 6 * joints), put(l.k, 3 * joints);
+  put(l.com, 3), put(l.mass, 1), put(l.H_inverse, 6);
+  put(l.u, 3), put(l.R, 9), put(l.w_B, 3), put(l.Phi, 9), put(l.rate, joints);
+  put(l.g, 3 * joints), put(l.g_turned, 3 * joints), put(l.k_turned, 3 * joints);
+  l.size = next;
+  return l;
+}
+
+using MakeNodes = SegmentNodes* (*)(const NodeTables&);
+
+MakeNodes nodes_of([[maybe_unused]] std::optional<lanes::InstructionSet> set) {
+#ifdef GRAPNEL_LANES_X86
+  switch (set.value_or(lanes::InstructionSet::one_lane)) {
+    case lanes::InstructionSet::sse2:
+      return make_segment_nodes_sse2;
+    case lanes::InstructionSet::avx2:
+      return make_segment_nodes_avx2;
+    case lanes::InstructionSet::avx512:
+      return make_segment_nodes_avx512;
+    default:
+      break;
+  }
+#endif
+  return make_segment_nodes_one_lane;
+}
+
 Eigen::Matrix3d cross_matrix(const Vector3d& v) {
   return (Eigen::Matrix3d() << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0).finished();
 }
 
 }  // namespace
+
+SegmentNodes::~SegmentNodes() = default;
 
 Quaterniond normalized(const Quaterniond& q) {
   const double scale = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
@@ -57,13 +100,16 @@ FreeMotion free_motion(const Model& model, const State& state, double time, cons
   return {time, com, momentum_about(model, k, com), model.mass(), gravity};
 }
 
-PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion)
+PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion,
+                         std::optional<lanes::InstructionSet> set)
     : base_(base),
       start_(std::move(start)),
       motion_(motion),
       spline_(start_.knots),
-      theta_(base.joints()),
-      g_(base.joints()) {
+      layout_(layout_of(base.tree().link_count, base.joints())) {
+  const ServicerTree<double> tree = base.tree();
+  lanes_.reset(nodes_of(set)({tree.links, tree.link_count, base.model().coordinates(), tree.joint_link, tree.link_joint,
+                              tree.joints, spline_.knots(), layout_, collocation()}));
   // A spline's third derivatives jump at its knots: none lies inside of a panel.
   for (int& panels : panels_) panels = spline_.knots() + 1;
   least_panels_ = spline_.knots() + 1;
@@ -76,7 +122,7 @@ JointPath PathSegment::path(int j, double position, double rate) const {
 std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
                                             std::span<const double> coefficients) const {
   std::vector<double> own;
-  for (std::size_t k = static_cast<std::size_t>(j); k < coefficients.size(); k += theta_.size()) {
+  for (std::size_t k = static_cast<std::size_t>(j); k < coefficients.size(); k += start_.position.size()) {
     own.push_back(coefficients[k]);
   }
   return pieces_of(start_.begin, path(j, position, rate), own);
@@ -85,232 +131,224 @@ std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
 void PathSegment::lay_panels(int panels) {
   if (laid_ == panels) return;
   laid_ = panels;
-  nodes_.resize(static_cast<std::size_t>(panels) * kStages);
+  const std::size_t count = static_cast<std::size_t>(panels) * kStages,
+                    knots = static_cast<std::size_t>(spline_.knots());
+  nodes_.resize(count), N_.resize(count * knots);
+  basis_.resize(2 * (3 + knots) * count), weights_.resize(count);
   const double T = start_.end - start_.begin, h = T / panels;
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     Node& node = nodes_[i];
     const int stage = static_cast<int>(i) % kStages;
     const double s = h * (static_cast<double>(i / kStages) + method().node(stage));
     node.time = start_.begin + s;
-    node.weight = h * method().weight(stage);
+    weights_[i] = h * method().weight(stage);
     node.a = evaluate(JointPath{start_.profile, T, 0, 1, 0, 0}, s);
     node.b = evaluate(JointPath{start_.profile, T, 0, 0, 0, 1}, s);
     node.c = evaluate(JointPath{start_.profile, T, 0, 0, 1, 0}, s);
-    node.N.resize(static_cast<std::size_t>(spline_.knots()));
-    spline_.evaluate(s / T, node.N);
-    for (JointPoint& N : node.N) N.rate /= T, N.acceleration /= T * T;
-    node.rates.resize(theta_.size());
+    const std::span<JointPoint> N = std::span(N_).subspan(i * knots, knots);
+    spline_.evaluate(s / T, N);
+    for (JointPoint& point : N) point.rate /= T, point.acceleration /= T * T;
+    std::size_t row = i;
+    const auto put = [&](const JointPoint& point) {
+      basis_[row] = point.position, basis_[row + count] = point.rate;
+      row += 2 * count;
+    };
+    put(node.a), put(node.b), put(node.c);
+    for (const JointPoint& point : N) put(point);
   }
+  lanes_->reserve(keeps_way_ ? nodes() : kStages);
 }
 
-void PathSegment::place_nodes(std::span<const double> position, std::span<const double> rate,
-                              std::span<const double> coefficients) {
-  for (Node& node : nodes_) {
-    for (std::size_t j = 0; j < theta_.size(); ++j) {
-      const double from = start_.position[j], way = position[j] - from, first = start_.rate[j];
-      theta_[j] = from + way * node.a.position + rate[j] * node.b.position + first * node.c.position;
-      node.rates[j] = way * node.a.rate + rate[j] * node.b.rate + first * node.c.rate;
-    }
-    for (std::size_t i = 0; i < coefficients.size(); ++i) {
-      const JointPoint& N = node.N[i / theta_.size()];
-      theta_[i % theta_.size()] += coefficients[i] * N.position;
-      node.rates[i % theta_.size()] += coefficients[i] * N.rate;
-    }
-    base_.place(theta_, node.links);
-    node.u = FloatingBase::momentum_of_rates(node.links, node.rates);
-  }
-  evaluations_ += static_cast<long>(nodes_.size());
+NodePanel PathSegment::panel_of(std::span<const double> position, std::span<const double> rate,
+                                std::span<const double> coefficients) const {
+  NodePanel p{};
+  p.floats = base_.floats(), p.turns = base_.turns(), p.driven = driven();
+  p.L = motion_.h.angular;
+  p.h = (start_.end - start_.begin) / laid_;
+  p.nodes = nodes();
+  p.start = start_.position.data(), p.start_rate = start_.rate.data();
+  p.final = position.data(), p.final_rate = rate.data();
+  p.coefficients = coefficients.data(), p.coefficient_count = static_cast<int>(coefficients.size());
+  p.basis = basis_.data(), p.weight = weights_.data();
+  return p;
 }
 
-double PathSegment::turn_panel(std::span<Node> nodes, Quaterniond& q0) {
-  constexpr int kMost = 40;
-  constexpr double kSettled = 4e-16;
-  const double h = (start_.end - start_.begin) / laid_;
-  const Vector3d& L = motion_.h.angular;
-  const bool driven = dot(L, L) > 0;
-  // One quaternion per column.
-  using Quaternions = Eigen::Matrix<double, 4, kStages>;
-  const Eigen::Vector4d begin(q0.w, q0.x, q0.y, q0.z);
-  Quaternions q = begin.replicate<1, kStages>(), rate;
-  const auto at = [](const Quaternions& all, int i) { return Quaterniond{all(0, i), all(1, i), all(2, i), all(3, i)}; };
-  for (Node& node : nodes) node.w_B = node.links.H_inverse * -node.u;
-  double change = 1, before = std::numeric_limits<double>::infinity();
-  for (int iteration = 0;; ++iteration) {
-    for (int i = 0; i < kStages; ++i) {
-      Node& node = nodes[static_cast<std::size_t>(i)];
-      if (driven) {
-        node.R = rotation_matrix(normalized(at(q, i)));
-        node.w_B = node.links.H_inverse * (transposed_times(node.R, L) - node.u);  // (1)
-      }
-      const Quaterniond r = quaternion_rate(at(q, i), node.w_B);
-      rate.col(i) << h * r.w, h * r.x, h * r.y, h * r.z;
-    }
-    // Once nothing changes but by rounding.
-    if (change <= kSettled || (change <= 1e-14 && change >= before)) break;
-    if (iteration == kMost || !std::isfinite(change)) return std::numeric_limits<double>::infinity();
-    before = change;
-    Quaternions next = begin.replicate<1, kStages>();
-    for (int j = 0; j < kStages; ++j) {
-      for (int i = 0; i < kStages; ++i) next.col(i) += method().a(i, j) * rate.col(j);
-    }
-    change = (next - q).cwiseAbs().maxCoeff();
-    q = next;
+double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities, Quaterniond& q) {
+  if (sensitivities) {
+    phi_.setIdentity();
+    sums_.assign(static_cast<std::size_t>(3 * kSumParts * unknowns()), 0.0);
+    panel.sums = sums_.data();
+    turned_.clear();
   }
-  Vector3d last = Vector3d::zero(), last_but_one = Vector3d::zero();
-  Eigen::Vector4d end = begin;
-  for (int i = 0; i < kStages; ++i) {
-    Node& node = nodes[static_cast<std::size_t>(i)];
-    node.R = rotation_matrix(normalized(at(q, i)));
-    end += method().weight(i) * rate.col(i);
-    last += method().last(i) * node.w_B, last_but_one += method().last_but_one(i) * node.w_B;
-  }
-  q0 = normalized({end[0], end[1], end[2], end[3]});
-  return h * std::max(norm(last), norm(last_but_one));
-}
-
-double PathSegment::turn(Quaterniond& q) {
   double worst = 0;
-  for (std::size_t i = 0; i < nodes_.size(); i += kStages) {
-    worst = std::max(worst, turn_panel(std::span(nodes_).subspan(i, kStages), q));
-    if (!std::isfinite(worst)) break;
+  for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
+    panel.kept = keeps_way_ ? panel.first : 0;
+    const Vector4 begin{q.w, q.x, q.y, q.z};
+    for (int k = 0; k < 4; ++k) panel.q[k] = begin[static_cast<std::size_t>(k)];
+    lanes_->place(panel);
+    base_.count(kStages), evaluations_ += kStages;
+    if (!lanes_->turn(panel)) return std::numeric_limits<double>::infinity();
+    Vector3d last = Vector3d::zero(), last_but_one = Vector3d::zero();
+    Vector4 end = begin;
+    for (int i = 0; i < kStages; ++i) {
+      for (int k = 0; k < 4; ++k) end[static_cast<std::size_t>(k)] += method().weight(i) * panel.q_rate[k][i];
+      const Vector3d w{panel.w_B[0][i], panel.w_B[1][i], panel.w_B[2][i]};
+      last += method().last(i) * w, last_but_one += method().last_but_one(i) * w;
+    }
+    q = normalized({end[0], end[1], end[2], end[3]});
+    worst = std::max(worst, panel.h * std::max(norm(last), norm(last_but_one)));
+    sensitivities = sensitivities && worst <= tolerance;  // there will be more panels otherwise
+    if (!sensitivities) continue;
+    if (keeps_way_) turned_.push_back(summed());
+    std::copy_n(phi_.data(), 9, panel.Phi);
+    lanes_->sensitivities(panel);
+    if (!panel.driven) continue;
+    for (int k = 0; k < 9; ++k) {
+      for (int i = 0; i < kStages; ++i) phi_.data()[k] += panel.h * method().weight(i) * panel.Phi_rate[k][i];
+    }
   }
   return worst;
 }
 
-// Phi of (3) at the nodes, and at the end, by the same collocation.
-Eigen::Matrix3d PathSegment::propagate_phi() {
-  Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d L = cross_matrix(motion_.h.angular);
-  if (!(dot(motion_.h.angular, motion_.h.angular) > 0)) return Phi;
-  const double h = (start_.end - start_.begin) / laid_;
-  std::array<Eigen::Matrix3d, kStages> N, rate;
-  for (std::size_t first = 0; first < nodes_.size(); first += kStages) {
-    const auto nodes = std::span(nodes_).subspan(first, kStages);
-    for (int i = 0; i < kStages; ++i) {
-      Node& node = nodes[static_cast<std::size_t>(i)];
-      const Eigen::Matrix3d R = as_matrix(node.R);
-      N[i] = R * matrix_of(node.links.H_inverse) * R.transpose() * L;
-      node.Phi = Phi;
-    }
-    constexpr int kMost = 40;
-    for (int iteration = 0; iteration < kMost; ++iteration) {
-      for (int i = 0; i < kStages; ++i) rate[i] = N[i] * nodes[static_cast<std::size_t>(i)].Phi;
-      double change = 0;
-      for (int i = 0; i < kStages; ++i) {
-        Eigen::Matrix3d next = Phi;
-        for (int j = 0; j < kStages; ++j) next += h * method().a(i, j) * rate[j];
-        change = std::max(change, (next - nodes[static_cast<std::size_t>(i)].Phi).lpNorm<Eigen::Infinity>());
-        nodes[static_cast<std::size_t>(i)].Phi = next;
-      }
-      if (change <= 1e-15 * Phi.lpNorm<Eigen::Infinity>()) break;
-    }
-    for (int i = 0; i < kStages; ++i) Phi += h * method().weight(i) * rate[i];
+// The parts of the sums in an order that is always the same.
+Eigen::Matrix3Xd PathSegment::summed() const {
+  Eigen::Matrix3Xd sum(3, unknowns());
+  for (Eigen::Index i = 0; i < sum.size(); ++i) {
+    const double* const part = sums_.data() + i * kSumParts;
+    sum.data()[i] = ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
   }
-  return Phi;
+  return sum;
 }
 
-void PathSegment::add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end) {
-  const int n = joints(), knots = spline_.knots();
-  const Eigen::Matrix3d Phi = propagate_phi();
-  const bool turns = dot(motion_.h.angular, motion_.h.angular) > 0;
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, unknowns());  // the integral of (3)
-  turned_.clear();
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    Node& node = nodes_[i];
-    if (keeps_way_) {
-      node.turning.setZero(3, unknowns());
-      if (i % kStages == 0) turned_.push_back(sum);
-    }
-    base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
-    Eigen::Matrix3d M = -as_matrix(node.R) * matrix_of(node.links.H_inverse);
-    if (turns) M = (node.Phi.inverse() * M).eval();
-    for (int j = 0; j < n; ++j) {
-      const Eigen::Vector3d g = M * column(g_[j]), k = M * column(node.links.k[j]);
-      const auto add = [&](int unknown, const JointPoint& basis) {
-        const Eigen::Vector3d turning = basis.position * g + basis.rate * k;
-        sum.col(unknown) += node.weight * turning;
-        if (keeps_way_) node.turning.col(unknown) = turning;
-      };
-      add(j, node.a);
-      add(n + j, node.b);
-      for (int c = 0; c < knots; ++c) add((2 + c) * n + j, node.N[static_cast<std::size_t>(c)]);
-    }
-  }
-  const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * Phi;
-  const Eigen::Vector3d c = column(at_end.com);
+void PathSegment::add_sensitivities(const Quaterniond& q, SegmentEnd& end) {
+  const int n = joints();
+  const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * phi_;
+  const Eigen::Vector3d c = column(base_.com());
   Matrix6Xd all(6, unknowns());
-  all.topRows(3) = to_base * sum;
+  all.topRows(3) = to_base * summed();
   for (int j = 0; j < unknowns(); ++j) {
     all.col(j).tail(3) = c.cross(all.col(j).head<3>());
-    if (j < n) all.col(j).tail(3) -= column((1 / at_end.mass) * at_end.joint_momentum[j].linear);
+    if (j < n) all.col(j).tail(3) -= column(base_.com_per_angle(j));
   }
   end.per_position = all.leftCols(n);
   end.per_rate = all.middleCols(n, n);
-  end.per_coefficient = all.rightCols(knots * n);
+  end.per_coefficient = all.rightCols(spline_.knots() * n);
+}
+
+void PathSegment::forget_nodes() {
+  placed_.resize(nodes_.size()), turning_.resize(nodes_.size());
+  is_placed_.assign(nodes_.size(), false), has_turning_.assign(nodes_.size(), false);
+}
+
+const PlacedLinks& PathSegment::links_at(int node) const {
+  const auto n = static_cast<std::size_t>(node);
+  PlacedLinks& links = placed_[n];
+  if (is_placed_[n]) return links;
+  is_placed_[n] = true;
+  const int count = base_.tree().link_count;
+  links.resize(count, joints());
+  const PlacedNumbers<double> to = links.numbers();
+  const auto copy = [&](auto* values, int number_count, int from) {
+    double* const numbers = reinterpret_cast<double*>(values);
+    for (int i = 0; i < number_count; ++i) numbers[i] = number(node, from + i);
+  };
+  copy(to.X_BL, 12 * count, layout_.X_BL), copy(to.axis, 6 * count, layout_.axis);
+  copy(to.composite, 10 * count, layout_.composite), copy(to.inertia, 10 * count, layout_.inertia);
+  copy(to.com, 3, layout_.com), copy(to.mass, 1, layout_.mass);
+  if (!base_.floats()) return links;
+  copy(to.joint_momentum, 6 * joints(), layout_.joint_momentum), copy(to.k, 3 * joints(), layout_.k);
+  copy(to.H_inverse, 6, layout_.H_inverse);
+  return links;
 }
 
 void PathSegment::keep_way(int least_panels) {
   keeps_way_ = true;
+  laid_ = 0;  // all nodes need room
   const int parts = spline_.knots() + 1;
   least_panels_ = (std::max(least_panels, 1) + parts - 1) / parts * parts;
   for (int& panels : panels_) panels = std::max(panels, least_panels_);
 }
 
 PathSegment::WayPoint PathSegment::way_point(int index) const {
-  const Node& node = nodes_[static_cast<std::size_t>(index)];
+  const auto i = static_cast<std::size_t>(index), n = start_.position.size();
+  const Node& node = nodes_[i];
+  const std::size_t knots = static_cast<std::size_t>(spline_.knots());
   WayPoint at;
-  at.time = node.time, at.weight = node.weight;
-  at.a = node.a, at.b = node.b, at.N = node.N;
-  at.links = &node.links, at.w_B = node.w_B;
-  at.rate = node.rates;
-  const std::size_t n = theta_.size();
+  at.time = node.time, at.weight = weights_[i];
+  at.a = node.a, at.b = node.b, at.N = std::span(N_).subspan(i * knots, knots);
+  at.of = this, at.node = index;
+  at.position.resize(n), at.rate.resize(n), at.acceleration.resize(n);
   for (std::size_t j = 0; j < n; ++j) {
     const double from = start_.position[j], way = position_[j] - from, first = start_.rate[j];
-    at.position.push_back(from + way * node.a.position + rate_[j] * node.b.position + first * node.c.position);
-    at.acceleration.push_back(way * node.a.acceleration + rate_[j] * node.b.acceleration + first * node.c.acceleration);
+    at.position[j] = from + way * node.a.position + rate_[j] * node.b.position + first * node.c.position;
+    at.rate[j] = number(index, layout_.rate + static_cast<int>(j));
+    at.acceleration[j] = way * node.a.acceleration + rate_[j] * node.b.acceleration + first * node.c.acceleration;
   }
-  for (std::size_t i = 0; i < coefficients_.size(); ++i) {
-    at.position[i % n] += coefficients_[i] * node.N[i / n].position;
-    at.acceleration[i % n] += coefficients_[i] * node.N[i / n].acceleration;
+  for (std::size_t k = 0; k < coefficients_.size(); ++k) {
+    at.position[k % n] += coefficients_[k] * at.N[k / n].position;
+    at.acceleration[k % n] += coefficients_[k] * at.N[k / n].acceleration;
   }
   at.X_WB = start_.X_WB;
-  if (base_.floats()) at.X_WB = {node.R, motion_.com_at(node.time) - node.R * node.links.com};
+  if (base_.floats()) {
+    at.w_B = vector_at(index, layout_.w_B);
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) at.X_WB.R(r, c) = number(index, layout_.R + 3 * r + c);
+    }
+    at.X_WB.p = motion_.com_at(node.time) - at.X_WB.R * vector_at(index, layout_.com);
+  }
   return at;
+}
+
+template <class F>
+void PathSegment::for_each_unknown(int node, F f) const {
+  const int n = joints(), knots = spline_.knots();
+  const Node& at = nodes_[static_cast<std::size_t>(node)];
+  for (int j = 0; j < n; ++j) {
+    f(j, at.a, j), f(n + j, at.b, j);
+    for (int c = 0; c < knots; ++c) f((2 + c) * n + j, N_[static_cast<std::size_t>(node * knots + c)], j);
+  }
+}
+
+const Eigen::Matrix3Xd& PathSegment::turning_at(int node) const {
+  const auto i = static_cast<std::size_t>(node);
+  Eigen::Matrix3Xd& turning = turning_[i];
+  if (has_turning_[i]) return turning;
+  has_turning_[i] = true;
+  turning.resize(3, unknowns());
+  for_each_unknown(node, [&](int unknown, const JointPoint& basis, int j) {
+    const Vector3d g = vector_at(node, layout_.g_turned + 3 * j), k = vector_at(node, layout_.k_turned + 3 * j);
+    turning.col(unknown) = column(basis.position * g + basis.rate * k);
+  });
+  return turning;
 }
 
 Eigen::Matrix3Xd PathSegment::turn_per_unknown(int index) const {
   if (!base_.floats()) return Eigen::Matrix3Xd::Zero(3, unknowns());
-  const std::size_t panel = static_cast<std::size_t>(index) / kStages, first = panel * kStages;
+  const int panel = index / kStages;
   const double h = (start_.end - start_.begin) / laid_;
-  Eigen::Matrix3Xd sum = turned_[panel];
-  for (int j = 0; j < kStages; ++j) {
-    sum += h * method().a(index % kStages, j) * nodes_[first + static_cast<std::size_t>(j)].turning;
-  }
-  return nodes_[static_cast<std::size_t>(index)].Phi * sum;
+  Eigen::Matrix3Xd sum = turned_[static_cast<std::size_t>(panel)];
+  for (int i = 0; i < kStages; ++i) sum += h * method().a(index % kStages, i) * turning_at(panel * kStages + i);
+  Eigen::Matrix3d Phi;
+  for (int i = 0; i < 9; ++i) Phi.data()[i] = number(index, layout_.Phi + i);
+  return Phi * sum;
 }
 
 Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
-  const int n = joints();
   Eigen::Matrix3Xd D = Eigen::Matrix3Xd::Zero(3, unknowns());
   if (!base_.floats()) return D;
-  const Node& node = nodes_[static_cast<std::size_t>(index)];
   // (1): H dw = -g dtheta - k dtheta' + d(R^T L), and R^T L changes by (R^T L) x (R^T eta).
-  base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
-  const Eigen::Matrix3d H_inverse = matrix_of(node.links.H_inverse);
-  for (int j = 0; j < n; ++j) {
-    const Eigen::Vector3d g = H_inverse * column(g_[j]), k = H_inverse * column(node.links.k[j]);
-    const auto put = [&](int unknown, const JointPoint& basis) {
-      D.col(unknown) = -(basis.position * g + basis.rate * k);
-    };
-    put(j, node.a);
-    put(n + j, node.b);
-    for (int c = 0; c < spline_.knots(); ++c) put((2 + c) * n + j, node.N[static_cast<std::size_t>(c)]);
+  for_each_unknown(index, [&](int unknown, const JointPoint& basis, int j) {
+    const Vector3d g = vector_at(index, layout_.g + 3 * j), k = vector_at(index, layout_.k + 3 * j);
+    D.col(unknown) = -column(basis.position * g + basis.rate * k);
+  });
+  if (driven()) {
+    Rotationd R;
+    for (int i = 0; i < 9; ++i) R.m[i / 3][i % 3] = number(index, layout_.R + i);
+    D += cross_matrix(transposed_times(R, motion_.h.angular)) * as_matrix(R).transpose() * turn_per_unknown(index);
   }
-  if (dot(motion_.h.angular, motion_.h.angular) > 0) {
-    const Eigen::Matrix3d Rt = as_matrix(node.R).transpose();
-    D += H_inverse * cross_matrix(transposed_times(node.R, motion_.h.angular)) * Rt * turn_per_unknown(index);
-  }
-  return D;
+  double H[6];
+  for (int i = 0; i < 6; ++i) H[i] = number(index, layout_.H_inverse + i);
+  return (Eigen::Matrix3d() << H[0], H[3], H[4], H[3], H[1], H[5], H[4], H[5], H[2]).finished() * D;
 }
 
 SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
@@ -328,8 +366,15 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     end.per_coefficient = Matrix6Xd::Zero(6, spline_.knots() * n);
     if (keeps_way_) {
       lay_panels(least_panels_);
-      place_nodes(position, rate, coefficients);
+      NodePanel panel = panel_of(position, rate, coefficients);
+      for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
+        panel.kept = panel.first;
+        lanes_->place(panel);
+      }
+      base_.count(nodes()), evaluations_ += nodes();
+      forget_nodes();
     }
+    base_.place(position);
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
@@ -337,9 +382,9 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
   Quaterniond q;
   for (;; panels *= 2) {
     lay_panels(panels);
-    place_nodes(position, rate, coefficients);
+    NodePanel panel = panel_of(position, rate, coefficients);
     q = quaternion_from(start_.X_WB.R);
-    const double unresolved = turn(q);
+    const double unresolved = turn(panel, tolerance, sensitivities, q);
     if (unresolved <= tolerance) {
       // A panel of twice the length resolves less by 2^stages: whether that would have done.
       for (double longer = unresolved; panels > least_panels_; panels /= 2) {
@@ -355,12 +400,13 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
       return end;
     }
   }
-  base_.place(position, end_links_);
+  if (keeps_way_) forget_nodes();
+  base_.place(position);
   ++evaluations_;
   end.finished = true;
   end.X_WB.R = rotation_matrix(q);
-  end.X_WB.p = motion_.com_at(start_.end) - end.X_WB.R * end_links_.com;
-  if (sensitivities) add_sensitivities(q, end_links_, end);
+  end.X_WB.p = motion_.com_at(start_.end) - end.X_WB.R * base_.com();
+  if (sensitivities) add_sensitivities(q, end);
   return end;
 }
 

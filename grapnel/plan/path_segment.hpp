@@ -22,12 +22,18 @@
 /// spline gives the joints more freedom (joint_spline.hpp) its coefficients stand beside final values and rates, with
 /// N_k for a. At a node on the way (3) is the sum over the panels before and the collocation's own integral in its
 /// panel.
+///
+/// What nodes need of each other is the rotation alone, so the rest is worked out in SIMD lanes, a node in each
+/// (segment_nodes.hpp), with the same bits on every machine.
 
+#include <memory>
 #include <string>
 
 #include "grapnel/integrate/gauss_legendre.hpp"
+#include "grapnel/pack/dispatch.hpp"
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/plan/joint_spline.hpp"
+#include "grapnel/plan/segment_nodes.hpp"
 
 namespace grapnel {
 
@@ -74,11 +80,13 @@ enum class SegmentAccuracy { search, full };
 
 class PathSegment {
  public:
-  /// `base` is shared scratch and must outlive the segment.
-  PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion);
+  /// `base` is shared scratch and must outlive the segment. `set`: of the lanes, one lane where it is empty; no bit
+  /// depends on it. @throws std::runtime_error where GRAPNEL_LANES names no instruction set that runs here.
+  PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion,
+              std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
 
-  /// Flies it to these final values and rates (one per joint). `coefficients`: c_kj of (1) of joint_spline.hpp, those
-  /// of N_0 for all joints first; empty: zero.
+  /// Flies it to these final values and rates (one per joint), where it leaves `base` placed, unless it does not
+  /// finish. `coefficients`: c_kj of (1) of joint_spline.hpp, those of N_0 for all joints first; empty: zero.
   SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
                  SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
 
@@ -91,12 +99,19 @@ class PathSegment {
     std::vector<double> position, rate, acceleration;  // of the joints
     Posed X_WB = Posed::identity();
     Vector3d w_B = Vector3d::zero();  // of the base, in B
-    const PlacedLinks* links = nullptr;
-    JointPoint a, b;                // of (2), per final value and final rate
-    std::span<const JointPoint> N;  // per coefficient
+    JointPoint a, b;                  // of (2), per final value and final rate
+    std::span<const JointPoint> N;    // per coefficient
+    const PathSegment* of = nullptr;  // whose node it is, unless
+    int node = 0;
+    const PlacedLinks* placed = nullptr;  // says where the links are
+
+    /// Put together when somebody asks.
+    const PlacedLinks& links() const { return placed ? *placed : of->links_at(node); }
   };
   int way_points() const { return static_cast<int>(nodes_.size()); }
   WayPoint way_point(int node) const;
+  /// The links there, until the next flight.
+  const PlacedLinks& links_at(int node) const;
   /// eta of (3) at a node, 3 x [final values, final rates, coefficients].
   Eigen::Matrix3Xd turn_per_unknown(int node) const;
   /// How w_B changes with them there, 3 x the same.
@@ -115,35 +130,43 @@ class PathSegment {
  private:
   // One node of the quadrature.
   struct Node {
-    double time = 0, weight = 0;  // [s]; the weight includes the panel's length
-    JointPoint a, b, c;           // theta = start + a (final - start) + b final_rate + c start_rate
-    std::vector<JointPoint> N;    // of the spline, likewise with the coefficients
-    std::vector<double> rates;    // of the joints
-    PlacedLinks links;
-    Vector3d u = Vector3d::zero();                      // (1)
-    Rotationd R = Rotationd::identity();                // R_WB
-    Vector3d w_B = Vector3d::zero();                    // of the base
-    Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();  // (3)
-    Eigen::Matrix3Xd turning;                           // the integrand of (3), only where the way is kept
+    double time = 0;     // [s]
+    JointPoint a, b, c;  // theta = start + a (final - start) + b final_rate + c start_rate
   };
 
-  int joints() const { return static_cast<int>(theta_.size()); }
+  int joints() const { return base_.joints(); }
   int unknowns() const { return joints() * (2 + spline_.knots()); }
+  int nodes() const { return static_cast<int>(nodes_.size()); }
+  bool driven() const { return dot(motion_.h.angular, motion_.h.angular) > 0; }
 
   void lay_panels(int panels);
-  void place_nodes(std::span<const double> position, std::span<const double> rate,
-                   std::span<const double> coefficients);
+  NodePanel panel_of(std::span<const double> position, std::span<const double> rate,
+                     std::span<const double> coefficients) const;
   // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point
-  // iteration does not converge.
-  double turn(Quaterniond& end);
-  double turn_panel(std::span<Node> nodes, Quaterniond& q);
-  Eigen::Matrix3d propagate_phi();
-  void add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end);
+  // iteration does not converge. With `sensitivities` phi_ and sums_ too, where that is no more than `tolerance`.
+  double turn(NodePanel& panel, double tolerance, bool sensitivities, Quaterniond& end);
+  void add_sensitivities(const Quaterniond& q, SegmentEnd& end);
+  Eigen::Matrix3Xd summed() const;
+  // Numbers of a node, see SegmentNodes::numbers.
+  double number(int node, int index) const {
+    const int lanes = lanes_->lanes;
+    return lanes_->numbers[(static_cast<std::ptrdiff_t>(node / lanes) * layout_.size + index) * lanes + node % lanes];
+  }
+  Vector3d vector_at(int node, int index) const {
+    return {number(node, index), number(node, index + 1), number(node, index + 2)};
+  }
+  // At a node, per unknown of basis function times g and k: f(unknown, basis, joint).
+  template <class F>
+  void for_each_unknown(int node, F f) const;
+  const Eigen::Matrix3Xd& turning_at(int node) const;
+  void forget_nodes();
 
   FloatingBase& base_;
   SegmentStart start_;
   FreeMotion motion_;
   JointSpline spline_;
+  NodeLayout layout_;
+  std::unique_ptr<SegmentNodes> lanes_;
   bool keeps_way_ = false;
   int least_panels_;  // a multiple of the spline's pieces, as are all numbers of panels
   std::vector<double> position_, rate_, coefficients_;  // of the last flight
@@ -151,9 +174,14 @@ class PathSegment {
   int panels_[2];                                       // to begin with, per SegmentAccuracy
   int laid_ = 0;                                        // panels of nodes_
   std::vector<Node> nodes_;
-  std::vector<double> theta_;
-  std::vector<Vector3d> g_;
-  PlacedLinks end_links_;
+  std::vector<JointPoint> N_;            // of the spline, per node
+  std::vector<double> basis_, weights_;  // as NodePanel has them
+  Eigen::Matrix3d phi_;                  // of (3), where a panel begins, and in the end at the segment's end
+  std::vector<double> sums_;             // as NodePanel has them
+  // Per node, where somebody has asked since the last flight: its links and the integrand of (3).
+  mutable std::vector<PlacedLinks> placed_;
+  mutable std::vector<Eigen::Matrix3Xd> turning_;
+  mutable std::vector<bool> is_placed_, has_turning_;
   long evaluations_ = 0;
 };
 

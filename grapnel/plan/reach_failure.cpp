@@ -191,8 +191,7 @@ ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std
   result.theta.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
   result.X_WB = chain.pose(x);
   chain.base.place(result.theta);
-  Eigen::MatrixXd unused, unused_too;
-  goal_error(chain.base, result.X_WB, chain.goals, result.error, unused, unused_too);
+  goal_error(chain.base, result.X_WB, chain.goals, result.error);
   return result;
 }
 

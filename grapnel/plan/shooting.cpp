@@ -69,7 +69,6 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     if (!end.finished) trouble_ = end.failure;
     if (!end.finished || i == kMostSettlings) return shot;
     shot.X_WB = end.X_WB;
-    base_.place(shot.position);
     if (given || n == 0) break;
     const Momentumd h_B = problem_.motion.in_base(problem_.start.end, end.X_WB);
     const DemandedRates demanded = demanded_rates(base_, end.X_WB, h_B, problem_.goals, problem_.demand);
@@ -234,23 +233,47 @@ namespace {
 
 constexpr double kStructural = 1e-9;  // of the largest singular value: this direction does not exist
 
+// What is filtered out of a step, by singular values s of J: s / (s^2 + lack^2) in place of 1 / s.
+double lack_of(double s, double damping, NewtonStep& step) {
+  const double lack = std::max(0.0, damping - s);
+  if (lack > 0) step.filtered = true;
+  return lack;
+}
+
+// By the eigenvalues s^2 of J J^T, a quarter of the work of singular values: those above the edge are as good as the
+// step needs, what is below it is damped.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
+  constexpr double kNoDirection = 1e-15;  // of the largest square: rounding leaves no more than this
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(J * J.transpose());
+  const Eigen::VectorXd& squares = of.eigenvalues();  // increasing
+  Eigen::VectorXd y = of.eigenvectors().transpose() * -e;
+  const double largest = squares[squares.size() - 1];
+  for (Eigen::Index i = 0; i < squares.size(); ++i) {
+    if (squares[i] <= kNoDirection * largest || !(largest > 0)) {
+      y[i] = 0;
+      continue;
+    }
+    const double lack = lack_of(std::sqrt(squares[i]), damping, step);
+    y[i] /= squares[i] + lack * lack;
+  }
+  return J.transpose() * (of.eigenvectors() * y);
+}
+
 Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
   step.filtered = false;
   if (damping > 0) {
     if (const auto d = least_norm_above(J, -e, damping)) return *d;
+    return damped_step(J, e, damping, step);
   }
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::VectorXd y = svd.matrixU().transpose() * -e;
   for (Eigen::Index i = 0; i < sigma.size(); ++i) {
     const double s = sigma[i];
-    if (s <= kStructural * sigma[0] || s == 0) {
+    if (s <= kStructural * sigma[0] || s == 0)
       y[i] = 0;
-      continue;
-    }
-    const double lack = std::max(0.0, damping - s);
-    if (lack > 0) step.filtered = true;
-    y[i] *= s / (s * s + lack * lack);
+    else
+      y[i] /= s;
   }
   return svd.matrixV() * y;
 }

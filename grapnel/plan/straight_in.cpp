@@ -130,8 +130,7 @@ class Motion {
     const Momentumd h_B = momentum(t, X_WB);
     resolve(t, y, X_WB, h_B);
     std::copy(theta_dot_.begin(), theta_dot_.end(), dydt.begin());
-    base_.move(theta_dot_, h_B);
-    Twistd V_B = twist_from(base_.base_twist());
+    Twistd V_B = twist_from(base_.twist_at(theta_dot_, h_B));
     if (problem_.surroundings) {
       const Vector3d w_B = problem_.surroundings->w_B(t);
       V_B += Twistd{w_B, -cross(w_B, base_.com())};
@@ -165,13 +164,13 @@ class Motion {
     const JointPoint d = straight_distance(problem_, t);
     const std::vector<Goal> goals = goals_at(problem_, targets_.bodies(t, y), d.position, -d.rate);
     base_.place(y.first(n_));
-    goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
+    goal_error(base_, X_WB, goals, error_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_,
                 problem_.surroundings ? problem_.surroundings->w_B(t) : Vector3d::zero());
     pull_in(goals);
     take_out_self_motion(t);
     // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
-    const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
+    const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().colwise().sum().maxCoeff());
     if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
       for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
       add_to_rates(t);
@@ -264,7 +263,7 @@ class Motion {
   bool record_ = false;
   std::vector<double> theta_dot_, phi_, besides_;
   Eigen::VectorXd error_, b_, z_;
-  Eigen::MatrixXd J_joint_, J_base_, G_;
+  Eigen::MatrixXd G_;
 };
 
 // The integral of a series of rates over its piece, from a value at the begin: sum_k c_k T_k integrates to

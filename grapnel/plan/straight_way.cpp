@@ -268,7 +268,7 @@ PathSegment::WayPoint way_point(double time, const std::vector<double>& position
   w.time = time;
   w.position = position, w.rate = rate, w.acceleration = acceleration;
   w.X_WB = X_WB;
-  w.links = &links;
+  w.placed = &links;
   return w;
 }
 

@@ -221,17 +221,17 @@ void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vecto
 
 double WayLook::wheel_share(int wheel, const PathSegment::WayPoint& w) const {
   return setup_.wheels->share(static_cast<std::size_t>(wheel), w.time,
-                              FloatingBase::momentum_of_rates(*w.links, w.rate));
+                              FloatingBase::momentum_of_rates(w.links(), w.rate));
 }
 
 void WayLook::add_wheel_change(const PathSegment::WayPoint& w, std::span<const double> weights, PerMotion& d) {
   Vector3d row = Vector3d::zero();
   for (std::size_t i = 0; i < weights.size(); ++i) row += weights[i] * setup_.wheels->wheels[i].row;
   std::vector<Vector3d> g(static_cast<std::size_t>(n_));
-  base_.angular_momentum_per_angle(*w.links, w.rate, Vector3d::zero(), g);
+  base_.angular_momentum_per_angle(w.links(), w.rate, Vector3d::zero(), g);
   for (int j = 0; j < n_; ++j) {
     d.position[j] -= dot(row, g[static_cast<std::size_t>(j)]);
-    d.rate[j] -= dot(row, w.links->k[static_cast<std::size_t>(j)]);
+    d.rate[j] -= dot(row, w.links().k[static_cast<std::size_t>(j)]);
   }
 }
 
@@ -246,7 +246,7 @@ void WayLook::place(const PathSegment::WayPoint& w, Kinematics& at) {
   for (std::size_t b = 0; b < bodies.link.size(); ++b) {
     const int link = bodies.link[b];
     at.X_WB[b] =
-        link < 0 ? others->second[b] : w.X_WB * w.links->motion[static_cast<std::size_t>(link)].X_WL * bodies.X_LB[b];
+        link < 0 ? others->second[b] : w.X_WB * w.links().X_BL[static_cast<std::size_t>(link)] * bodies.X_LB[b];
   }
 }
 
@@ -257,8 +257,7 @@ bool WayLook::may_touch(int pair, const PathSegment::WayPoint& w, const Kinemati
   const WayBodies::Hand& hand = bodies.hands[static_cast<std::size_t>(index)];
   const Frame& frame = base_.model().frames()[hand.frame];
   const BodyPlacement& placement = base_.model().bodies()[frame.body].placement;
-  const Posed X_WE =
-      w.X_WB * w.links->motion[static_cast<std::size_t>(placement.link)].X_WL * placement.X_LB * frame.X_BE;
+  const Posed X_WE = w.X_WB * w.links().X_BL[static_cast<std::size_t>(placement.link)] * placement.X_LB * frame.X_BE;
   return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(hand.target)] * hand.p_TG) <= hand.near;
 }
 
@@ -303,7 +302,7 @@ void WayLook::add_point(int body, const Vector3d& p_W, const Vector3d& n, const 
                         PerMotion& d) {
   const int link = setup_.bodies->link[static_cast<std::size_t>(body)];
   if (link < 0) return;
-  const PlacedLinks& links = *w.links;
+  const PlacedLinks& links = w.links();
   const Vector3d r = inverse(w.X_WB) * p_W, n_B = transposed_times(w.X_WB.R, n);
   const auto& tree = base_.model().tree().links;
   for (int i = link; i > 0; i = tree[static_cast<std::size_t>(i)].parent) {
