@@ -187,8 +187,8 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
     c.share.setZero();
   }
   const RestProblem r = motion_.at_rest(rest);
-  const FrictionForces forces = friction_at_rest(r.A, r.b, r.radius);
-  const double none = 1e-9 * (r.b.norm() + r.A.norm() * r.radius.norm());
+  const FrictionForces forces = friction_at_rest(r.mobility.A, r.b, r.radius);
+  const double none = 1e-9 * (r.b.norm() + r.mobility.A.norm() * r.radius.norm());
   std::vector<int> sticking;
   for (std::size_t k = 0; k < rest.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
@@ -196,7 +196,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
     const Eigen::Vector2d force = forces.force.segment<2>(at), rate = forces.rate.segment<2>(at);
     const double radius = r.radius[static_cast<Eigen::Index>(k)];
     const double near = kEdge * radius + 1e-14 * motion_.friction(rest[k]) * motion_.now().y.head(count_).maxCoeff();
-    const bool edge = rest[k] == pushed_over && !r.redundant && force.norm() >= radius - near;
+    const bool edge = rest[k] == pushed_over && !r.mobility.redundant && force.norm() >= radius - near;
     c.hold = rate.norm() > none || edge ? Hold::slides : Hold::sticks;
     if (c.hold == Hold::sticks) {
       sticking.push_back(rest[k]);
@@ -204,10 +204,10 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
       c.direction = force.norm() > 0 ? Eigen::Vector2d(-force.normalized()) : Eigen::Vector2d(rate.normalized());
     }
   }
-  if (sticking.empty() || !r.redundant) return;
+  if (sticking.empty() || !r.mobility.redundant) return;
   // Redundant: some distribution of the forces holds; take the one that uses the cones least.
   const RestProblem again = motion_.at_rest(sticking);
-  const StickShare share = least_used_cones(again.A, again.b, again.radius);
+  const StickShare share = least_used_cones(again.mobility.A, again.b, again.radius);
   for (std::size_t k = 0; k < sticking.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
     PathSpring& c = motion_.contact(sticking[k]);

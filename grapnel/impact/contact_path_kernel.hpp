@@ -28,10 +28,12 @@ inline constexpr int kWidth<double> = 1;
 
 /// Velocities u at y = [f; P; ...], and the rates of y. `table`: of PathTable. What no lane needs is left out: in a
 /// lane that does not need it, it changes no bit.
-template <class S>
-void path_rates(const PathTable& at, const S* table, bool any_sticks, const S* y, S* u, S* b, S* rate) {
+/// `N`: how many contacts there are, where a text of its own is worth it; 0: any number.
+template <int N, class S>
+void path_rates(const PathTable& table_of, const S* table, bool any_sticks, const S* y, S* u, S* b, S* rate) {
   using namespace contact_path_kernel;
   using std::sqrt;
+  const PathTable at{N > 0 ? N : table_of.n};
   const int n = at.n, rows = 3 * n;
   const S *const W = table + at.mobility(), *const P = y + n;
   S* const force = rate + n;
@@ -82,7 +84,7 @@ void path_rates(const PathTable& at, const S* table, bool any_sticks, const S* y
   }
 }
 
-template <class S>
+template <class S, int N = 0>
 class PackedPathSteps : public PathSteps {
  public:
   explicit PackedPathSteps(int contacts)
@@ -126,7 +128,7 @@ class PackedPathSteps : public PathSteps {
     stage<11, dop853::kStage11>();
     stage<12, dop853::kStage12>();
     finish();
-    path_rates(at_, table_, any_sticks_, end_, u_, b_, end_rate_);
+    path_rates<N>(at_, table_, any_sticks_, end_, u_, b_, end_rate_);
   }
 
  private:
@@ -134,9 +136,9 @@ class PackedPathSteps : public PathSteps {
   template <int kNumber, const auto& kRow>
   void stage() {
     const S h = *size_;
-    const int y = at_.state();
-    for (int i = 0; i < 4 * at_.n; ++i) state_[i] = y_[i] + h * dop853::weighted_sum<kRow>(stages_, y, i);
-    path_rates(at_, table_, any_sticks_, state_, u_, b_, stages_ + (kNumber - 1) * y);
+    const int n = N > 0 ? N : at_.n, y = 8 * n;
+    for (int i = 0; i < 4 * n; ++i) state_[i] = y_[i] + h * dop853::weighted_sum<kRow>(stages_, y, i);
+    path_rates<N>(at_, table_, any_sticks_, state_, u_, b_, stages_ + (kNumber - 1) * y);
   }
 
   // The step's end and the sizes of both estimates of its error: the largest of forces, of impulses as the velocities
@@ -144,7 +146,7 @@ class PackedPathSteps : public PathSteps {
   void finish() {
     using namespace contact_path_kernel;
     const S h = *size_;
-    const int n = at_.n, y = at_.state();
+    const int n = N > 0 ? N : at_.n, y = 8 * n;
     S error5(0.0), error3(0.0), sum(0.0);
     for (int i = 0; i < y; ++i) {
       const S slope = dop853::weighted_sum<dop853::kSolution>(stages_, y, i);
@@ -165,5 +167,13 @@ class PackedPathSteps : public PathSteps {
   S *table_, *size_, *y_, *end_, *u_, *end_rate_, *error_, *state_, *b_, *stages_;
   bool any_sticks_ = false;
 };
+
+/// The commonest numbers of contacts have texts of their own.
+template <class S>
+PathSteps* new_path_steps(int contacts) {
+  if (contacts == 1) return new PackedPathSteps<S, 1>(contacts);
+  if (contacts == 2) return new PackedPathSteps<S, 2>(contacts);
+  return new PackedPathSteps<S>(contacts);
+}
 
 }  // namespace grapnel

@@ -142,24 +142,39 @@ void PathMotion::write_springs() {
 void PathMotion::write_undo() {
   double* const undo = table_.data() + at_.undo();
   std::fill_n(undo, 4 * count_ * count_, 0.0);
-  std::vector<Eigen::Index> sticking;
+  sticking_.clear();
   for (int i = 0; i < count_; ++i) {
-    if (touches(i) && contact(i).hold == Hold::sticks) sticking.push_back(i);
+    if (touches(i) && contact(i).hold == Hold::sticks) sticking_.push_back(i);
   }
-  if (sticking.empty()) return;
-  const std::size_t m = sticking.size();
-  Eigen::MatrixXd A(2 * m, 2 * m);
-  const auto block = [](std::size_t k) { return 2 * static_cast<Eigen::Index>(k); };
-  for (std::size_t i = 0; i < m; ++i) {
-    for (std::size_t j = 0; j < m; ++j)
-      A.block<2, 2>(block(i), block(j)) = W_.block<2, 2>(3 * sticking[i] + 1, 3 * sticking[j] + 1);
-  }
-  const Eigen::MatrixXd inverse = Scaled(A).inverse();
+  if (sticking_.empty()) return;
+  const Eigen::MatrixXd& inverse = mobility_of(sticking_).inverse;
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(undo, 2 * count_, 2 * count_);
-  for (std::size_t i = 0; i < m; ++i) {
-    for (std::size_t j = 0; j < m; ++j)
-      all.block<2, 2>(2 * sticking[i], 2 * sticking[j]) = inverse.block<2, 2>(block(i), block(j));
+  const Eigen::Index m = static_cast<Eigen::Index>(sticking_.size());
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < m; ++j) {
+      all.block<2, 2>(2 * sticking_[static_cast<std::size_t>(i)], 2 * sticking_[static_cast<std::size_t>(j)]) =
+          inverse.block<2, 2>(2 * i, 2 * j);
+    }
   }
+}
+
+const RestMobility& PathMotion::mobility_of(const std::vector<int>& contacts) {
+  const auto known = std::find_if(mobilities_.begin(), mobilities_.end(),
+                                  [&](const RestMobility& m) { return m.contacts == contacts; });
+  if (known != mobilities_.end()) return *known;
+  const Eigen::Index m = static_cast<Eigen::Index>(contacts.size());
+  RestMobility made{contacts, Eigen::MatrixXd(2 * m, 2 * m), {}};
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < m; ++j) {
+      made.A.block<2, 2>(2 * i, 2 * j) =
+          W_.block<2, 2>(3 * contacts[static_cast<std::size_t>(i)] + 1, 3 * contacts[static_cast<std::size_t>(j)] + 1);
+    }
+  }
+  if (m > 0) {
+    const Scaled scaled(made.A);
+    made.inverse = scaled.inverse(), made.redundant = scaled.redundant();
+  }
+  return mobilities_.emplace_back(std::move(made));
 }
 
 void PathMotion::prepare() {
@@ -169,7 +184,7 @@ void PathMotion::prepare() {
   springs_changed_ = point_changed_ = true;
 }
 
-RestProblem PathMotion::at_rest(const std::vector<int>& rest) const {
+RestProblem PathMotion::at_rest(const std::vector<int>& rest) {
   // At the very beginning forces are zero and only what they grow with is known: it has the same directions.
   Eigen::VectorXd normal = Eigen::VectorXd::Zero(count_);
   for (int i = 0; i < count_; ++i) {
@@ -179,7 +194,7 @@ RestProblem PathMotion::at_rest(const std::vector<int>& rest) const {
     for (int i = 0; i < count_; ++i) normal[i] = std::max(0.0, force_rate(i, normal_velocity(now_, i)));
   }
   const Eigen::Index m = static_cast<Eigen::Index>(rest.size());
-  RestProblem r{Eigen::MatrixXd(2 * m, 2 * m), Eigen::VectorXd(2 * m), Eigen::VectorXd(m)};
+  RestProblem r{mobility_of(rest), Eigen::VectorXd(2 * m), Eigen::VectorXd(m)};
   Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * count_);
   for (int i = 0; i < count_; ++i) {
     if (!touches(i)) continue;
@@ -191,11 +206,7 @@ RestProblem PathMotion::at_rest(const std::vector<int>& rest) const {
     const int a = rest[static_cast<std::size_t>(i)];
     r.b.segment<2>(2 * i) = W_.middleRows<2>(3 * a + 1) * force;
     r.radius[i] = friction(a) * normal[a];
-    for (Eigen::Index j = 0; j < m; ++j) {
-      r.A.block<2, 2>(2 * i, 2 * j) = W_.block<2, 2>(3 * a + 1, 3 * rest[static_cast<std::size_t>(j)] + 1);
-    }
   }
-  if (m > 0) r.redundant = Scaled(r.A).redundant();
   return r;
 }
 
@@ -276,10 +287,8 @@ void PathMotion::pass(int i, Watch watch) {
   c.phase = restoring ? NormalPhase::unloading : NormalPhase::loading;
 }
 
-void PathMotion::find_rates(PathPoint& at) const {
-  bool sticks = false;
-  for (int i = 0; i < count_; ++i) sticks = sticks || (touches(i) && contact(i).hold == Hold::sticks);
-  path_rates<double>(at_, table_.data(), sticks, at.y.data(), at.u.data(), b_.data(), at.rate.data());
+void PathMotion::find_rates(PathPoint& at) {
+  path_rates<0>(at_, table_.data(), !sticking_.empty(), at.y.data(), at.u.data(), b_.data(), at.rate.data());
 }
 
 void PathMotion::begin_step() {
@@ -360,7 +369,7 @@ void PathMotion::fill(ContactPath& path) const {
 PathSteps::~PathSteps() = default;
 
 std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts, int paths) {
-  if (!set) return std::make_unique<PackedPathSteps<double>>(contacts);
+  if (!set) return std::unique_ptr<PathSteps>(new_path_steps<double>(contacts));
   PathSteps* steps = nullptr;
 #ifdef GRAPNEL_LANES_X86
   switch (*set) {

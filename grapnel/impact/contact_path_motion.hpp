@@ -6,7 +6,7 @@
 /// stiffness over the largest.
 
 #include <Eigen/Core>
-#include <array>
+#include <deque>
 #include <vector>
 
 #include "grapnel/impact/contact_path.hpp"
@@ -40,11 +40,18 @@ struct PathSpring {
   double slope = 0;     // Poisson's: f' while unloading
 };
 
+/// What some contacts at rest in their tangent planes are to each other. It does not change along the path.
+struct RestMobility {
+  std::vector<int> contacts;
+  Eigen::MatrixXd A;        // W_tt
+  Eigen::MatrixXd inverse;  // A^+
+  bool redundant = false;   // A is singular
+};
+
 /// Contacts at rest in their tangent planes: rate = A force + b, |force_i| <= radius_i.
 struct RestProblem {
-  Eigen::MatrixXd A;
+  const RestMobility& mobility;
   Eigen::VectorXd b, radius;
-  bool redundant = false;  // A is singular
 };
 
 /// Instants that end a step: the normal velocity turns, the spring releases, the friction force reaches its cone.
@@ -84,7 +91,7 @@ class PathMotion {
   void pass(int i, Watch watch);
 
   /// The friction of the contacts `rest`, all others that touch sliding.
-  RestProblem at_rest(const std::vector<int>& rest) const;
+  RestProblem at_rest(const std::vector<int>& rest);
   /// After any change of phase, hold or share.
   void prepare();
 
@@ -105,7 +112,8 @@ class PathMotion {
   void fill(ContactPath& path) const;
 
  private:
-  void find_rates(PathPoint& at) const;
+  const RestMobility& mobility_of(const std::vector<int>& contacts);
+  void find_rates(PathPoint& at);
   void write_springs();
   void write_undo();
   void prepare_stiff();
@@ -125,16 +133,16 @@ class PathMotion {
   Eigen::VectorXd before_, stiffness_;
   std::vector<PathSpring> springs_;
   PathTable at_;
-  std::vector<double> table_;  // of the equations, as lanes have it
+  std::vector<double> table_;            // of the equations, as lanes have it
+  std::deque<RestMobility> mobilities_;  // of the sets of contacts that have been asked for
   PathPoint now_, end_;
   bool rates_known_ = false, end_rates_known_ = false;
   bool springs_changed_ = false, point_changed_ = false;  // since they were put into a lane
   // Scratch of the right-hand side and of the stiff step: contacts that touch and rub, their W_tt, velocities without
   // friction and cones.
-  mutable Eigen::VectorXd b_;
-  Eigen::VectorXd u_, force_, end_rate_;
+  Eigen::VectorXd b_, u_, force_, end_rate_;
   PathState difference_;
-  std::vector<int> rubbing_;
+  std::vector<int> rubbing_, sticking_;
   Eigen::MatrixXd rub_;
   Eigen::VectorXd rub_rate_, rub_radius_;
 };

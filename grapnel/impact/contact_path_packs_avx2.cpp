@@ -5,6 +5,6 @@
 
 namespace grapnel {
 
-PathSteps* make_path_steps_avx2(int contacts) { return new PackedPathSteps<lanes::Pack<lanes::Avx2>>(contacts); }
+PathSteps* make_path_steps_avx2(int contacts) { return new_path_steps<lanes::Pack<lanes::Avx2>>(contacts); }
 
 }  // namespace grapnel

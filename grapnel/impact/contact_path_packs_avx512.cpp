@@ -5,6 +5,6 @@
 
 namespace grapnel {
 
-PathSteps* make_path_steps_avx512(int contacts) { return new PackedPathSteps<lanes::Pack<lanes::Avx512>>(contacts); }
+PathSteps* make_path_steps_avx512(int contacts) { return new_path_steps<lanes::Pack<lanes::Avx512>>(contacts); }
 
 }  // namespace grapnel

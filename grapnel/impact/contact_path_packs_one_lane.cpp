@@ -5,6 +5,6 @@
 
 namespace grapnel {
 
-PathSteps* make_path_steps_one_lane(int contacts) { return new PackedPathSteps<lanes::Pack<lanes::OneLane>>(contacts); }
+PathSteps* make_path_steps_one_lane(int contacts) { return new_path_steps<lanes::Pack<lanes::OneLane>>(contacts); }
 
 }  // namespace grapnel

@@ -128,6 +128,7 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
   }
   const int most = m == 1 ? 1 : kMostSweeps;
   const double small = 1e-15 * b.norm();
+  Eigen::VectorXd push(2 * m);
   // Point by point: each step is exact in its plane and lowers the convex function.
   for (int sweep = 1; sweep <= most; ++sweep) {
     double moved = 0;
@@ -136,11 +137,12 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
       const Eigen::Vector2d rest = result.rate.segment<2>(2 * i) - A.block<2, 2>(2 * i, 2 * i) * old;
       const Eigen::Vector2d now = minimize_on_disc(discs[static_cast<std::size_t>(i)], rest, radius[i]);
       const Eigen::Vector2d change = now - old;
-      result.rate.noalias() += A.middleCols<2>(2 * i) * change;
-      moved = std::max(moved, (A.middleCols<2>(2 * i) * change).norm());
+      push = A.col(2 * i) * change[0] + A.col(2 * i + 1) * change[1];
+      result.rate += push;
+      moved = std::max(moved, push.squaredNorm());
       result.force.segment<2>(2 * i) = now;
     }
-    if (moved <= small) break;
+    if (std::sqrt(moved) <= small) break;
     if (sweep % kSweepsBetween == 0 && solve_active(A, b, radius, small, result)) break;
   }
   result.rate = A * result.force + b;
