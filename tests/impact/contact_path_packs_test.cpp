@@ -27,7 +27,7 @@ ContactPathProblem random_problem(int index, int contacts) {
   p.u = J * Eigen::Map<const Eigen::VectorXd>(before.data(), motions);
   if (p.u[0] > 0) p.u = -p.u;
   p.hypothesis = kHypotheses[index % 3];
-  p.rounding = 1e-16;
+  p.rounding = 1e-16, p.most_steps = 20000;
   for (int i = 0; i < contacts; ++i) {
     const double restitution = random.chance(0.15) ? 0 : random.chance(0.15) ? 1 : random.uniform(0, 1);
     p.contacts.push_back({restitution, random.chance(0.15) ? 0 : random.uniform(0, 1), 1});
