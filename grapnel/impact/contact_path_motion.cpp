@@ -368,7 +368,8 @@ void PathMotion::fill(ContactPath& path) const {
 
 PathSteps::~PathSteps() = default;
 
-std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts, int paths) {
+std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts,
+                                           [[maybe_unused]] int paths) {
   if (!set) return std::unique_ptr<PathSteps>(new_path_steps<double>(contacts));
   PathSteps* steps = nullptr;
 #ifdef GRAPNEL_LANES_X86
