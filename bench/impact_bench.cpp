@@ -1,7 +1,7 @@
 // The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm grasping a
 // target of its own; and the latter with all arms on one target (arms x joints of each). The same impacts in time, with
 // grasps that yield: an implicit stepper whose stages and Jacobians are evaluated in packs, per instruction set, and in
-// doubles.
+// doubles. Contacts with restitution and friction: a path and those by which its spread is found, likewise.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -16,6 +16,7 @@
 #include "fast_impact/impact_solver.hpp"
 #include "grapnel/impact/compliant_scales.hpp"
 #include "grapnel/impact/compliant_stepper.hpp"
+#include "grapnel/impact/contact_path.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -159,6 +160,50 @@ void add_steps(const SharedImpact& impacts) {
   }
 }
 
+// --- Contacts ---
+
+// As contact_impact() asks for them: the path of random contacts, and 2 n with other stiffness ratios.
+std::vector<ContactPathProblem> make_paths(int contacts, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto random = [&] { return uniform(generator); };
+  const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(3 * contacts, 3 * contacts + 2, random);
+  ContactPathProblem path;
+  path.W = J * J.transpose();
+  path.u = J * Eigen::VectorXd::NullaryExpr(J.cols(), random);
+  if (path.u[0] > 0) path.u = -path.u;
+  for (int i = 0; i < contacts; ++i) path.contacts.push_back({std::abs(random()), 0.4 * std::abs(random()), 1});
+  std::vector<ContactPathProblem> paths(2 * path.contacts.size() + 1, path);
+  for (std::size_t k = 0; k + 1 < paths.size(); ++k) {
+    paths[k + 1].tolerance = 1e-9;
+    paths[k + 1].contacts[k / 2].stiffness = k % 2 == 0 ? 100 : 0.01;
+  }
+  return paths;
+}
+
+void add_paths(int contacts) {
+  std::vector<std::vector<ContactPathProblem>> cases;
+  for (int i = 0; i < Workload::kCases; ++i) cases.push_back(make_paths(contacts, 1000 + static_cast<unsigned>(i)));
+  std::vector<Set> sets{std::nullopt};
+  for (const lanes::InstructionSet set : lanes::supported_instruction_sets()) sets.emplace_back(set);
+  for (const Set set : sets) {
+    for (const std::vector<ContactPathProblem>& paths : cases) {
+      for (const ContactPath& path : follow_contacts(paths, set)) {
+        if (!path.failure.empty()) throw std::runtime_error(path.failure);
+      }
+    }
+    const std::string at = set ? "@" + std::string(lanes::name(*set)) : "";
+    benchmark::RegisterBenchmark(fmt::format("contact_paths{}/{}", at, contacts).c_str(),
+                                 [cases, set](benchmark::State& timer) {
+                                   std::size_t i = 0;
+                                   for (auto _ : timer) {
+                                     benchmark::DoNotOptimize(follow_contacts(cases[i], set));
+                                     i = (i + 1) % cases.size();
+                                   }
+                                 });
+  }
+}
+
 }  // namespace
 
 void register_impacts() {
@@ -172,6 +217,7 @@ void register_impacts() {
   for (const SharedImpact& impacts :
        {make_impacts("a+2targets", 2, 3, false, true), make_impacts("b+2targets", 2, 7, true, true)})
     add_steps(impacts);
+  for (const int contacts : {1, 2, 3}) add_paths(contacts);
 }
 
 }  // namespace grapnel::bench

@@ -121,20 +121,28 @@ std::string unyielding(const ContactPathProblem& problem) {
   return {};
 }
 
-// Other stiffness ratios stand for other orders in which the contacts take their shares.
-void vary_order(const ContactPathProblem& problem, const ContactPath& path, ContactImpactSolution& solution) {
+// The path, and behind it those by which vary_order() tells how much depends on the order in which the contacts take
+// their shares: other stiffness ratios stand for other orders.
+std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& problem) {
   const std::size_t n = problem.contacts.size();
-  if (n < 2) return;
+  std::vector<ContactPathProblem> all(n < 2 ? 1 : 2 * n + 1, problem);
+  for (std::size_t k = 0; k + 1 < all.size(); ++k) {
+    ContactPathProblem& other = all[k + 1];
+    other.tolerance = kOtherTolerance;
+    other.most_steps = kOtherSteps;
+    other.contacts[k / 2].stiffness *= k % 2 == 0 ? kOtherOrder : 1 / kOtherOrder;
+  }
+  return all;
+}
+
+// `paths`: of with_other_orders().
+void vary_order(std::span<const ContactPath> paths, ContactImpactSolution& solution) {
+  const ContactPath& path = paths[0];
+  const std::size_t n = solution.contacts.size();
   double largest = 0;
   for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, path.impulse[3 * static_cast<Eigen::Index>(i)]);
   if (largest == 0) return;
-  ContactPathProblem other = problem;
-  other.tolerance = kOtherTolerance;
-  other.most_steps = kOtherSteps;
-  for (std::size_t k = 0; k < 2 * n; ++k) {
-    other.contacts = problem.contacts;
-    other.contacts[k / 2].stiffness *= k % 2 == 0 ? kOtherOrder : 1 / kOtherOrder;
-    const ContactPath varied = follow_contacts(other);
+  for (const ContactPath& varied : paths.subspan(1)) {
     for (std::size_t i = 0; i < n; ++i) {
       const auto at = 3 * static_cast<Eigen::Index>(i);
       const double difference = varied.failure.empty() ? std::abs(varied.impulse[at] - path.impulse[at]) / largest
@@ -216,7 +224,8 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
     for (auto& c : problem.contacts) c.stiffness = 1;
     problem.u.setZero();
   }
-  const ContactPath path = follow_contacts(problem);
+  const std::vector<ContactPath> paths = follow_contacts(with_other_orders(problem));
+  const ContactPath& path = paths[0];
   if (solution.message.empty()) solution.message = path.failure;
   if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;
   solution.steps = path.steps;
@@ -240,7 +249,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   static_cast<ImpactChecks&>(solution) =
       impact_checks(M, mass, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
-  if (solution.status == ContactImpactSolution::Status::solved) vary_order(problem, path, solution);
+  if (solution.status == ContactImpactSolution::Status::solved) vary_order(paths, solution);
   return solution;
 }
 

@@ -69,7 +69,7 @@ struct ContactImpactSolution : ImpactChecks {
 /// `unique` report it. Where several contacts stick redundantly, tangential impulses are one choice of many (the
 /// motion is not).
 /// @throws std::invalid_argument for coefficients out of range, a normal that is no unit vector, or another model's
-/// state.
+/// state; std::runtime_error where GRAPNEL_LANES names no instruction set that runs here.
 ContactImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
                                      RestitutionHypothesis hypothesis, std::span<const Grasp> closed = {},
                                      std::span<const HeldRate> held = {});

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <stdexcept>
 
 #include "grapnel/impact/contact_path_motion.hpp"
+#include "grapnel/impact/friction_at_rest.hpp"
 
 namespace grapnel {
 
@@ -28,37 +29,53 @@ struct Event {
   Watch watch = Watch::velocity;
 };
 
+// One path, turned inside out: it says which explicit step it wants to be tried, and is told when that has been done,
+// so that steps of several can be tried together. Stiff steps it tries itself.
 class Follower {
  public:
-  explicit Follower(const ContactPathProblem& problem)
-      : problem_(problem), motion_(problem), count_(motion_.count()), result_() {
+  explicit Follower(const ContactPathProblem& problem) : problem_(problem), motion_(problem), count_(motion_.count()) {
     result_.modes.resize(static_cast<std::size_t>(count_));
     first_slip_.assign(static_cast<std::size_t>(count_), Eigen::Vector2d::Zero());
     small_ = std::max(1e-14, 4 * motion_.rounding());
     stop_ = std::max(kStop, 10 * motion_.rounding());
   }
 
-  ContactPath run();
+  /// As far as the first explicit step, or the path's end.
+  void begin();
+  bool done() const { return done_; }
+  /// Once begun, unless it is done: into a lane of its own; and each step that it wants.
+  void enter(const PathLanes& lanes, int lane) { motion_.enter(lanes, lane); }
+  void put(const PathLanes& lanes, int lane) { motion_.put(lanes, lane, size_); }
+  /// The step was tried: as far as the next one, or the path's end.
+  void take(const PathLanes& lanes, int lane) {
+    judge(motion_.take(lanes, lane));
+    go_on();
+  }
+  ContactPath finish();
 
  private:
   bool start();
-  void advance();
+  void go_on();
+  void begin_step();
+  void judge(double error);
+  bool passes(double error);
+  void try_again(double h);
+  void seek(const Event& event, double before);
+  bool look();
+  bool found();
+  void end_step();
   double spring_step() const;
   double longest_step() const;
-  double try_step(double h) { return stiff_ ? motion_.try_stiff_step(h) : motion_.try_step(h); }
   double choose_step();
   double tightness() const;
   double bound(Watch watch) const { return watch == Watch::cone ? 1e-11 : small_; }
   Event event_in_step(const Event& but) const;
-  double instant(const Event& e, double before, double h);
-  bool locate(Event& found, double& h);
   bool slows_too_fast(double h) const;
   void decide_friction(int pushed_over);
   void settle_at_rest(const std::vector<int>& rest, int pushed_over);
   bool came_to_rest();
   void note_modes();
   void note(int i, ContactMode mode);
-  ContactPath finish();
 
   const ContactPathProblem& problem_;
   PathMotion motion_;
@@ -69,12 +86,25 @@ class Follower {
   double step_ = 1e-2, stiff_step_ = 1e-2;
   bool stiff_ = false;  // which kind of step is being tried
   int short_steps_ = 0;
+  bool done_ = false;
+
+  // The step being tried.
+  double size_ = 0;    // of the try
+  double length_ = 0;  // of the step: an event in it can be earlier
+  double tightness_ = 1;
+  Event event_;     // that ends it
+  int rounds_ = 0;  // of looking for events
+  // Looking for the instant of one: Illinois' rule, every value from a step of its own.
+  bool seeking_ = false;
+  Event sought_;
+  double low_ = 0, high_ = 0, gap_low_ = 0, gap_high_ = 0, gap_ = 0, at_ = 0;
+  int side_ = 0, looks_ = 0;
 };
 
 bool Follower::start() {
   bool any = false;
   for (int i = 0; i < count_; ++i) {
-    if (motion_.normal_velocity(motion_.y(), i) >= -small_) continue;
+    if (motion_.normal_velocity(motion_.now(), i) >= -small_) continue;
     motion_.contact(i).phase = NormalPhase::loading;
     any = true;
   }
@@ -93,7 +123,7 @@ double Follower::longest_step() const {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = motion_.contact(i);
     if (!motion_.touches(i) || c.hold != Hold::slides) continue;
-    const Eigen::Vector2d s = motion_.slip(motion_.y(), i);
+    const Eigen::Vector2d s = motion_.slip(motion_.now(), i);
     const double speed = s.norm();
     if (speed <= stop_) continue;
     const double slowing = -s.dot(motion_.slip_rate(i)) / speed;
@@ -114,58 +144,12 @@ Event Follower::event_in_step(const Event& but) const {
   return {};
 }
 
-// When within the step of size h the event happens: Illinois' rule, every value from a step of its own, which is left
-// in end(). Negative: a step of this size failed though the longer one did not, by chance, over a change of friction.
-double Follower::instant(const Event& e, double before, double h) {
-  double low = 0, high = h, g_low = before, g_high = motion_.gap(motion_.end(), e.contact, e.watch);
-  double at = h, value = g_high;
-  int side = 0;
-  for (int i = 0; i < 100 && std::abs(value) > 0.1 * bound(e.watch) && high - low > 1e-16 * h; ++i) {
-    at = i % 8 == 7 ? 0.5 * (low + high) : (low * g_high - high * g_low) / (g_high - g_low);
-    if (!(try_step(at) <= 1) && stiff_) return -at;
-    value = motion_.gap(motion_.end(), e.contact, e.watch);
-    const int now = value > 0 ? 1 : -1;
-    (now > 0 ? low : high) = at;
-    (now > 0 ? g_low : g_high) = value;
-    if (side == now) (now > 0 ? g_high : g_low) *= 0.5;
-    side = now;
-  }
-  return at;
-}
-
-// Looks for events in the step of size h just tried and cuts h to the first. Returns false if the step must be tried
-// again with another h, now smaller.
-bool Follower::locate(Event& found, double& h) {
-  found = {};
-  for (int round = 0; round < 3 * count_ + 3; ++round) {
-    const Event e = event_in_step(found);
-    if (e.contact < 0) break;
-    const double before = motion_.gap(motion_.y(), e.contact, e.watch);
-    if (before <= bound(e.watch)) {
-      // It stood at its event when the step began and has gone over: at once, or by a turn within the step.
-      if (h > kAtOnce * std::min(1.0, spring_step()) && !(motion_.gap_rate(e.contact, e.watch) < -1e-9)) {
-        h *= 0.1;
-        return false;
-      }
-      found = e, h = 0;
-      break;
-    }
-    h = instant(e, before, h);
-    if (h < 0) {
-      h *= -0.3;
-      return false;
-    }
-    found = e;
-  }
-  return true;
-}
-
 bool Follower::slows_too_fast(double h) const {
   if (stiff_ || h < 1e-12) return false;
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = motion_.contact(i);
     if (!motion_.touches(i) || c.hold != Hold::slides) continue;
-    const Eigen::Vector2d before = motion_.slip(motion_.y(), i), after = motion_.slip(motion_.end(), i);
+    const Eigen::Vector2d before = motion_.slip(motion_.now(), i), after = motion_.slip(motion_.end(), i);
     if (before.norm() <= stop_) continue;
     if (after.norm() < 0.04 * before.norm() || after.dot(before) < 0) {
       if (after.norm() > stop_) return true;
@@ -185,8 +169,8 @@ void Follower::decide_friction(int pushed_over) {
       c.hold = Hold::slides;
       continue;
     }
-    if (motion_.slip(motion_.y(), i).norm() > stop_) {
-      c.hold = Hold::slides, c.direction = motion_.slip(motion_.y(), i).normalized();
+    if (motion_.slip(motion_.now(), i).norm() > stop_) {
+      c.hold = Hold::slides, c.direction = motion_.slip(motion_.now(), i).normalized();
       continue;
     }
     rest.push_back(i);
@@ -199,20 +183,20 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   if (rest.empty()) return;
   for (int i : rest) {
     PathSpring& c = motion_.contact(i);
-    c.offset += motion_.slip(motion_.y(), i);  // what was left of its speed counts as none
+    c.offset += motion_.slip(motion_.now(), i);  // what was left of its speed counts as none
     c.share.setZero();
   }
   const RestProblem r = motion_.at_rest(rest);
-  const FrictionForces forces = friction_at_rest(r.A, r.b, r.radius);
-  const double none = 1e-9 * (r.b.norm() + r.A.norm() * r.radius.norm());
+  const FrictionForces forces = friction_at_rest(r.mobility.A, r.b, r.radius);
+  const double none = 1e-9 * (r.b.norm() + r.mobility.A.norm() * r.radius.norm());
   std::vector<int> sticking;
   for (std::size_t k = 0; k < rest.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
     PathSpring& c = motion_.contact(rest[k]);
     const Eigen::Vector2d force = forces.force.segment<2>(at), rate = forces.rate.segment<2>(at);
     const double radius = r.radius[static_cast<Eigen::Index>(k)];
-    const double near = kEdge * radius + 1e-14 * motion_.friction(rest[k]) * motion_.y().head(count_).maxCoeff();
-    const bool edge = rest[k] == pushed_over && !r.redundant && force.norm() >= radius - near;
+    const double near = kEdge * radius + 1e-14 * motion_.friction(rest[k]) * motion_.now().y.head(count_).maxCoeff();
+    const bool edge = rest[k] == pushed_over && !r.mobility.redundant && force.norm() >= radius - near;
     c.hold = rate.norm() > none || edge ? Hold::slides : Hold::sticks;
     if (c.hold == Hold::sticks) {
       sticking.push_back(rest[k]);
@@ -220,11 +204,10 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
       c.direction = force.norm() > 0 ? Eigen::Vector2d(-force.normalized()) : Eigen::Vector2d(rate.normalized());
     }
   }
-  if (sticking.empty() || !r.redundant) return;
+  if (sticking.empty() || !r.mobility.redundant) return;
   // Redundant: some distribution of the forces holds; take the one that uses the cones least.
-  motion_.prepare();
   const RestProblem again = motion_.at_rest(sticking);
-  const StickShare share = least_used_cones(again.A, again.b, again.radius);
+  const StickShare share = least_used_cones(again.mobility.A, again.b, again.radius);
   for (std::size_t k = 0; k < sticking.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
     PathSpring& c = motion_.contact(sticking[k]);
@@ -244,7 +227,7 @@ bool Follower::came_to_rest() {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = motion_.contact(i);
     if (!motion_.touches(i) || motion_.friction(i) == 0) continue;
-    const Eigen::Vector2d before = motion_.slip(motion_.y(), i), after = motion_.slip(motion_.end(), i);
+    const Eigen::Vector2d before = motion_.slip(motion_.now(), i), after = motion_.slip(motion_.end(), i);
     if (c.hold == Hold::sticks) {
       any = any || (stiff_ && after.norm() > stop_);
       continue;
@@ -264,7 +247,7 @@ void Follower::note_modes() {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = motion_.contact(i);
     if (!motion_.touches(i)) continue;
-    const Eigen::Vector2d slip = motion_.slip(motion_.y(), i);
+    const Eigen::Vector2d slip = motion_.slip(motion_.now(), i);
     if (c.hold == Hold::sticks || slip.norm() <= stop_) {
       if (c.hold == Hold::sticks) note(i, ContactMode::sticking);
       continue;
@@ -280,7 +263,7 @@ double Follower::tightness() const {
   double slowest = 1;
   for (int i = 0; i < count_; ++i) {
     if (!motion_.touches(i) || motion_.contact(i).hold != Hold::slides || motion_.friction(i) == 0) continue;
-    const double speed = motion_.slip(motion_.y(), i).norm();
+    const double speed = motion_.slip(motion_.now(), i).norm();
     if (speed > stop_) slowest = std::min(slowest, speed);
   }
   return std::clamp(0.01 * slowest / problem_.tolerance, 0.03, 1.0);
@@ -296,44 +279,142 @@ double Follower::choose_step() {
   return stiff_ ? stiff_step : explicit_step;
 }
 
-// One accepted step, to an event at the latest.
-void Follower::advance() {
-  motion_.begin_step();
-  double h = choose_step();
-  const double tight = tightness();
-  Event event;
-  for (;;) {
-    h = std::max(h, kSmallestStep);
-    const double error = try_step(h) / (stiff_ ? 1 : tight);
-    double& next = stiff_ ? stiff_step_ : step_;
-    if (!(error <= 1) && h > kSmallestStep) {
-      h *= std::isfinite(error) ? std::max(kShrink, 0.9 * std::pow(error, -1.0 / 8)) : 0.1;
-      next = h;
-      if (stiff_) h = choose_step();
-      continue;
-    }
-    if (slows_too_fast(h)) {
-      h *= 0.3;
-      continue;
-    }
-    next = h * std::min(kGrowth, 0.9 * std::pow(std::max(error, 1e-16), -1.0 / 8));
-    if (locate(event, h)) break;
-  }
-  if (!stiff_) ++short_steps_, stiff_step_ = std::min(1.5 * stiff_step_, 0.1);
-  const bool at_rest = h > 0 && came_to_rest();
-  if (h > 0) motion_.accept();
+void Follower::begin() {
+  done_ = !start();
+  if (done_) return;
+  decide_friction(-1);
   note_modes();
-  if (event.contact >= 0) {
-    motion_.pass(event.contact, event.watch);
-    if (!motion_.touches(event.contact)) note(event.contact, ContactMode::separated);
+  begin_step();
+  go_on();
+}
+
+void Follower::go_on() {
+  while (!done_ && stiff_) judge(motion_.try_stiff_step(size_));
+}
+
+void Follower::begin_step() {
+  done_ = true;
+  // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
+  if (!motion_.any_touching() ||
+      motion_.rebounds_negligible(kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed)))
+    return;
+  if (result_.steps == problem_.most_steps || !motion_.now().y.allFinite()) {
+    result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
+    return;
   }
-  if (event.contact >= 0 || at_rest) {
+  done_ = false;
+  motion_.begin_step();
+  tightness_ = tightness();
+  try_again(choose_step());
+}
+
+void Follower::try_again(double h) {
+  seeking_ = false;
+  size_ = length_ = std::max(h, kSmallestStep);
+}
+
+// What becomes of the step just tried: another try, a search for an event in it, or the next step.
+void Follower::judge(double error) {
+  if (seeking_) {
+    // A step of this size can fail though the longer one did not, by chance, over a change of friction.
+    if (!(error <= 1) && stiff_) return try_again(0.3 * at_);
+    if (!found()) return;
+  } else {
+    if (!passes(error)) return;
+    event_ = {};
+    rounds_ = 0;
+  }
+  // The first of the events in the step, which becomes shorter with every one that is found.
+  for (; rounds_ < 3 * count_ + 3; ++rounds_) {
+    const Event e = event_in_step(event_);
+    if (e.contact < 0) break;
+    const double before = motion_.gap(motion_.now(), e.contact, e.watch);
+    if (before > bound(e.watch)) {
+      ++rounds_;
+      return seek(e, before);
+    }
+    // It stood at its event when the step began and has gone over: at once, or by a turn within the step.
+    if (length_ > kAtOnce * std::min(1.0, spring_step()) && !(motion_.gap_rate(e.contact, e.watch) < -1e-9))
+      return try_again(0.1 * length_);
+    event_ = e, length_ = 0;
+    break;
+  }
+  end_step();
+  begin_step();
+}
+
+// Whether the step just tried is small enough; if so, how large the next is to be.
+bool Follower::passes(double error) {
+  if (!stiff_) error /= tightness_;
+  double& next = stiff_ ? stiff_step_ : step_;
+  double h = length_;
+  if (!(error <= 1) && h > kSmallestStep) {
+    h *= std::isfinite(error) ? std::max(kShrink, 0.9 * std::pow(error, -1.0 / 8)) : 0.1;
+    next = h;
+    try_again(stiff_ ? choose_step() : h);
+    return false;
+  }
+  if (slows_too_fast(h)) {
+    try_again(0.3 * h);
+    return false;
+  }
+  next = h * std::min(kGrowth, 0.9 * std::pow(std::max(error, 1e-16), -1.0 / 8));
+  return true;
+}
+
+// Begins to look for the instant of an event that the step just tried has passed; `before`: its gap at the beginning.
+void Follower::seek(const Event& event, double before) {
+  seeking_ = true;
+  sought_ = event;
+  low_ = 0, high_ = at_ = length_;
+  gap_low_ = before, gap_high_ = gap_ = motion_.gap(motion_.end(), event.contact, event.watch);
+  side_ = 0, looks_ = 0;
+  look();
+}
+
+// Asks for the next try; false if the instant is found: that of the last.
+bool Follower::look() {
+  if (looks_ == 100 || !(std::abs(gap_) > 0.1 * bound(sought_.watch)) || !(high_ - low_ > 1e-16 * length_))
+    return false;
+  at_ = looks_ % 8 == 7 ? 0.5 * (low_ + high_) : (low_ * gap_high_ - high_ * gap_low_) / (gap_high_ - gap_low_);
+  ++looks_;
+  size_ = at_;
+  return true;
+}
+
+// What the try at at_ says; true if the step now ends there, at the event.
+bool Follower::found() {
+  gap_ = motion_.gap(motion_.end(), sought_.contact, sought_.watch);
+  const int now = gap_ > 0 ? 1 : -1;
+  (now > 0 ? low_ : high_) = at_;
+  (now > 0 ? gap_low_ : gap_high_) = gap_;
+  if (side_ == now) (now > 0 ? gap_high_ : gap_low_) *= 0.5;
+  side_ = now;
+  if (look()) return false;
+  seeking_ = false;
+  length_ = at_;
+  event_ = sought_;
+  return true;
+}
+
+// The step ends where its last try does.
+void Follower::end_step() {
+  if (!stiff_) ++short_steps_, stiff_step_ = std::min(1.5 * stiff_step_, 0.1);
+  const bool at_rest = length_ > 0 && came_to_rest();
+  if (length_ > 0) motion_.accept();
+  note_modes();
+  if (event_.contact >= 0) {
+    motion_.pass(event_.contact, event_.watch);
+    if (!motion_.touches(event_.contact)) note(event_.contact, ContactMode::separated);
+  }
+  if (event_.contact >= 0 || at_rest) {
     short_steps_ = 0;
-    decide_friction(event.watch == Watch::cone ? event.contact : -1);
+    decide_friction(event_.watch == Watch::cone ? event_.contact : -1);
     step_ = std::max(step_, 1e-3);
     stiff_step_ = std::max(stiff_step_, 1e-3);
     note_modes();
   }
+  ++result_.steps;
 }
 
 ContactPath Follower::finish() {
@@ -345,128 +426,56 @@ ContactPath Follower::finish() {
   return std::move(result_);
 }
 
-ContactPath Follower::run() {
-  if (!start()) return finish();
-  decide_friction(-1);
-  note_modes();
-  for (; motion_.any_touching(); ++result_.steps) {
-    // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
-    if (motion_.rebounds_negligible(kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed))) break;
-    if (result_.steps == problem_.most_steps || !motion_.y().allFinite()) {
-      result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
-      break;
-    }
-    advance();
-  }
-  return finish();
-}
-
 }  // namespace
 
-ContactPath follow_contacts(const ContactPathProblem& problem) { return Follower(problem).run(); }
-
-// The step of PathMotion for contacts that slide slowly, come to rest or begin to slide: friction turns to its
-// direction in a time of |u_t|/(mu f W), which no explicit method can follow, and several contacts can change between
-// sticking and sliding at almost the same time. Friction is implicit and set-valued, a convex problem of all contacts
-// in every substep (the time stepping of Moreau), so no such change need be located; extrapolated over the number of
-// substeps to order kColumns where the step is smooth (Deuflhard's method; Hairer and Wanner, Solving Ordinary
-// Differential Equations II, IV.9). Over a change the error is of second order in a step, which then becomes short.
-
-namespace {
-constexpr int kFewestColumns = 3, kColumns = static_cast<int>(PathMotion::kStiffColumns);
-constexpr double kKink = 1e9;  // error reported where extrapolation does not help: the step must be much shorter
-}  // namespace
-
-// Contacts that touch and rub, and how their tangential velocities answer their friction.
-void PathMotion::prepare_stiff() {
-  rubbing_.clear();
-  for (int i = 0; i < count_; ++i) {
-    if (touches(i) && friction(i) > 0) rubbing_.push_back(i);
+std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> problems,
+                                         std::optional<lanes::InstructionSet> set) {
+  if (problems.empty()) return {};
+  const std::size_t contacts = problems[0].contacts.size();
+  std::vector<Follower> paths;
+  paths.reserve(problems.size());
+  for (const ContactPathProblem& problem : problems) {
+    if (problem.contacts.size() != contacts)
+      throw std::invalid_argument("follow_contacts: paths have different numbers of contacts");
+    paths.emplace_back(problem).begin();
   }
-  const Eigen::Index m = static_cast<Eigen::Index>(rubbing_.size());
-  rub_.resize(2 * m, 2 * m), rub_rate_.resize(2 * m), rub_radius_.resize(m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    for (Eigen::Index j = 0; j < m; ++j) {
-      rub_.block<2, 2>(2 * i, 2 * j) =
-          W_.block<2, 2>(3 * rubbing_[static_cast<std::size_t>(i)] + 1, 3 * rubbing_[static_cast<std::size_t>(j)] + 1);
+  const std::unique_ptr<PathSteps> steps =
+      make_path_steps(set, static_cast<int>(contacts), static_cast<int>(problems.size()));
+  const PathLanes& lanes = steps->lanes;
+  // A lane whose path is done takes the next one that is not; when none is left it makes steps of no size.
+  std::vector<Follower*> in_lane(static_cast<std::size_t>(lanes.width), nullptr);
+  auto next = paths.begin();
+  for (;;) {
+    bool any = false;
+    for (int l = 0; l < lanes.width; ++l) {
+      Follower*& path = in_lane[static_cast<std::size_t>(l)];
+      if (path == nullptr) {
+        next = std::find_if(next, paths.end(), [](const Follower& p) { return !p.done(); });
+        if (next == paths.end()) continue;
+        path = &*next++;
+        path->enter(lanes, l);
+      }
+      path->put(lanes, l);
+      any = true;
+    }
+    if (!any) break;
+    steps->try_all();
+    for (int l = 0; l < lanes.width; ++l) {
+      Follower*& path = in_lane[static_cast<std::size_t>(l)];
+      if (path == nullptr) continue;
+      path->take(lanes, l);
+      if (!path->done()) continue;
+      path = nullptr;
+      lanes.size[l] = 0;
     }
   }
+  std::vector<ContactPath> results;
+  for (Follower& path : paths) results.push_back(path.finish());
+  return results;
 }
 
-// One substep from y() + `increment`, in place: f_1 = f_0 + h f'(u_0), then friction with u_1 = u_0 + h W F, which is
-// (11.5) with the velocities for the rates. `base`: u at y(). `l`: friction, a guess and the result. The work of
-// friction is taken with u_1, that of normal forces with the mean.
-void PathMotion::moreau(double h, const Eigen::VectorXd& base, PathState& increment, Eigen::VectorXd& l) {
-  const int n = count_;
-  u_ = base;
-  u_.noalias() += W_ * increment.segment(n, 3 * n);
-  force_.setZero(3 * n);
-  for (int i = 0; i < n; ++i) {
-    if (touches(i)) force_[3 * i] = y_[i] + increment[i] + h * force_rate(i, u_[3 * i]);
-  }
-  const Eigen::Index m = static_cast<Eigen::Index>(rubbing_.size());
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const int i = rubbing_[static_cast<std::size_t>(k)];
-    rub_rate_.segment<2>(2 * k) = u_.segment<2>(3 * i + 1) - contact(i).offset;
-    rub_rate_.segment<2>(2 * k).noalias() += h * (W_.middleRows<2>(3 * i + 1) * force_);
-    rub_radius_[k] = friction(i) * std::max(0.0, force_[3 * i]);
-  }
-  if (m > 0) l = friction_at_rest(h * rub_, rub_rate_, rub_radius_, l).force;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    force_.segment<2>(3 * rubbing_[static_cast<std::size_t>(k)] + 1) = l.segment<2>(2 * k);
-  }
-  end_rate_.noalias() = h * (W_ * force_);
-  increment.segment(n, 3 * n) += h * force_;
-  for (int i = 0; i < n; ++i) {
-    if (!touches(i)) continue;
-    const double f = force_[3 * i], work = h * f * (u_[3 * i] + 0.5 * end_rate_[3 * i]);
-    increment[i] = f - y_[i];
-    if (contact(i).phase == NormalPhase::loading) increment[4 * n + i] += h * f, increment[5 * n + i] += work;
-    increment[6 * n + i] += work;
-    const Eigen::Vector2d u_t = u_.segment<2>(3 * i + 1) + end_rate_.segment<2>(3 * i + 1);
-    increment[7 * n + i] += h * force_.segment<2>(3 * i + 1).dot(u_t);
-  }
-}
-
-// What the forces did must be what the impulses did: an estimate that agreement of the columns cannot fool.
-double PathMotion::unexplained(const Eigen::VectorXd& base, const PathState& increment) const {
-  const auto impulse = increment.segment(count_, 3 * count_);
-  return std::abs(impulse.dot(base + 0.5 * (W_ * impulse)) - increment.tail(2 * count_).sum()) / problem_.tolerance;
-}
-
-double PathMotion::try_stiff_step(double h) {
-  prepare_stiff();
-  forces(y_, u_, force_);
-  Eigen::VectorXd first(2 * static_cast<Eigen::Index>(rubbing_.size()));
-  for (std::size_t k = 0; k < rubbing_.size(); ++k) {
-    first.segment<2>(2 * static_cast<Eigen::Index>(k)) = force_.segment<2>(3 * rubbing_[k] + 1);
-  }
-  // Increments, not states, are extrapolated: their rounding is small where the step is. Aitken and Neville: row j
-  // holds the results of 1, 2, ..., j + 1 substeps extrapolated.
-  const Eigen::VectorXd base = before_ + W_ * y_.segment(count_, 3 * count_);
-  std::array<PathState, kStiffColumns> row;
-  Eigen::VectorXd l;
-  double error = std::numeric_limits<double>::infinity();
-  for (int j = 0; j < kColumns; ++j) {
-    PathState y = PathState::Zero(y_.size());
-    l = first;
-    for (int k = 0; k <= j; ++k) moreau(h / (j + 1), base, y, l);
-    for (int m = 1; m <= j; ++m) {
-      PathState& last = row[static_cast<std::size_t>(m - 1)];
-      difference_ = (y - last) / ((j + 1.0) / (j + 1 - m) - 1);
-      last = y;
-      y += difference_;
-    }
-    row[static_cast<std::size_t>(j)] = y;
-    if (j == 0) continue;
-    difference_ = y - row[static_cast<std::size_t>(j - 1)];
-    const double now = error_size(difference_);
-    end_ = y_ + y;
-    if (j + 1 >= kFewestColumns && now <= 1) return std::max(now, unexplained(base, y));
-    if (j + 1 > kFewestColumns && now > 0.5 * error) return kKink;
-    error = now;
-  }
-  return error;
+ContactPath follow_contacts(const ContactPathProblem& problem) {
+  return std::move(follow_contacts(std::span(&problem, 1))[0]);
 }
 
 }  // namespace grapnel

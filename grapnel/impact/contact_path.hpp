@@ -9,10 +9,13 @@
 /// spring turns, releases or begins to act, and at which a contact begins or ceases to slide, are located.
 
 #include <Eigen/Core>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/pack/dispatch.hpp"
 
 namespace grapnel {
 
@@ -41,6 +44,11 @@ struct ContactPath {
   int steps = 0;
 };
 
+/// Several paths at once, in as many SIMD lanes as the set has; without a set one after the other, in doubles. A path
+/// depends on its own problem alone: bits are the same in any company and at every width among the sets with fused
+/// products. All have the same number of contacts (std::invalid_argument).
+std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> problems,
+                                         std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
 ContactPath follow_contacts(const ContactPathProblem& problem);
 
 }  // namespace grapnel
