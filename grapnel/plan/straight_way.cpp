@@ -155,8 +155,7 @@ class SelfMotions {
   Change change(const State& s, int at, const Eigen::VectorXd& v) {
     ++evaluations_;
     const double time = times_[static_cast<std::size_t>(at)];
-    const JointPoint d = straight_distance(problem_, time);
-    const std::vector<Goal> goals = goals_at(problem_, targets_[static_cast<std::size_t>(at)], d.position, -d.rate);
+    const std::vector<Goal> goals = goals_at(problem_, targets_[static_cast<std::size_t>(at)], time);
     const Momentumd h_B = problem_.motion.in_base(time, s.X_WB);
     base_.place(s.position);
     double phi[kTerms];
