@@ -52,7 +52,7 @@ ReachProblem just_kept(const Servicer& s, const StraightInProblem& p, const Stra
 constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Orientation::axis};
 
 // Forty steps are too few for a target that turns several times: what they violate is not. With their error unknown
-// these demands were refused: 23 of 77.
+// 10 of 43 of these demands were refused.
 TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
   int cases = 0;
   for (const double turns : {2.0, 4.0, 6.0}) {
