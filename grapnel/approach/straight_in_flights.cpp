@@ -90,8 +90,9 @@ std::string in_words(const std::vector<GoalGap>& gaps) {
 
 void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   constexpr int kMost = 14;
-  auto [reach, s] = plan_stand_off(in, {});
-  s = allow_for_disturbance(reach, s, ", stand-off");
+  PlannedStandOff planned = plan_stand_off(in, {});
+  const ReachProblem& reach = planned.reach;
+  const ReachSolution s = allow_for_disturbance(reach, std::move(planned.solution), ", stand-off");
   report(reach, s);
   in.position = s.position, in.rate_begin = s.rate;
   const Spline spline{s.knots, s.coefficients};
