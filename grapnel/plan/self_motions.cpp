@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
 namespace {
