@@ -167,8 +167,9 @@ class ApproachPlanner {
   };
   PlannedStandOff plan_stand_off(StraightInProblem& in, const std::vector<double>& guess);
 
-  // To the stand-off and straight in. `guess`: where the search for the stand-off begins; empty: as approach.plan says.
-  void come_in(StraightInProblem& in, const std::vector<double>& guess);
+  // To the stand-off and straight in; what that leaves in the end. `guess`: where the search for the stand-off begins;
+  // empty: as approach.plan says.
+  std::vector<GoalGap> come_in(StraightInProblem& in, const std::vector<double>& guess);
 
   // A configuration at the stand-off, and the piece from there.
   struct StandOff {
@@ -189,12 +190,31 @@ class ApproachPlanner {
   [[noreturn]] void refuse_straight_in(const StraightInProblem& in, const ReachProblem& reach, const StandOff& best,
                                        int tried);
 
-  // The grasp points to which the rigid robot comes in are shifted, in their targets, by what a flight of the one that
-  // bends is off, until that one's end-effectors are on the points that are meant.
+  // What the rigid robot is to do at the grasp points is changed, in their targets, by what a flight of the one that
+  // bends is off, until that one's end-effectors are and move as they are meant to.
   void come_in_bending(StraightInProblem& in);
 
-  // How far end-effectors are from their grasp points, in the targets, at the end of a flight.
-  std::vector<Vector3d> missed_in_flight(const std::vector<StraightGoal>& goals, const State& end) const;
+  // How end-effectors stand and move in the end against what they come in for.
+  using Gaps = std::vector<GoalGap>;
+  std::vector<Goal> final_goals(const StraightInProblem& in) const;
+  Gaps gaps_in_flight(const StraightInProblem& in, const State& end) const;
+  void report_gaps(const Gaps& gaps);
+
+  // What is asked of the end-effectors, in their targets, less what they were off.
+  void shift_goals(const Gaps& gaps, StraightInProblem& in) const;
+
+  // Plans, flies and corrects the plan, which begins from what there is now, by what the flight shows, `most` times or
+  // until it arrives or corrections do not help any more. The best of the plans stays. `plan` says what the plan itself
+  // leaves, which no flight can better, `correct` gets what a flight misses beside.
+  struct ByFlights {
+    std::function<Gaps()> plan, fly;
+    std::function<void(const Gaps&)> correct;
+  };
+  struct Flown {
+    Gaps gaps;
+    double beside = 0;  // the largest of what the plan does not leave itself [m, rad, m/s, rad/s]
+  };
+  Flown correct_by_flights(const ByFlights& steps, int most);
 
   // To the stand-off as flights correct it, and from there straight in with the momentum, the centre of mass and the
   // targets' motion that a flight of the plan shows, until the plan arrives in flight.
@@ -203,11 +223,10 @@ class ApproachPlanner {
   // With which a base that is planned for as one that keeps its attitude turns all the same, in B [rad/s].
   Vector3d turn_beside(const State& servicer) const;
 
-  // A flight of the plan: what moves the servicer over the piece, and the farthest that an end-effector is from its
-  // point in the end [m].
-  double fly_over(const StraightInProblem& in, StraightInSurroundings& around);
+  // A flight of the plan: what moves the servicer over the piece, and what it misses in the end.
+  Gaps fly_over(const StraightInProblem& in, StraightInSurroundings& around);
   std::function<std::vector<FreeBody>(double time)> targets_over(const StraightInProblem& in) const;
-  void warn_of_flown_miss(double largest);
+  void warn_of_flown_miss(const Flown& flown);
 
   // A singularity on the way may be passed and made up for; one at the end may not.
   void require_arrival(const StraightInPath& path);

@@ -11,6 +11,8 @@
 namespace grapnel {
 namespace {
 
+// Of what is missed in flight a warning speaks from here on [m, rad and their rates].
+constexpr double kWorthSaying = 1e-7;
 // Flights are good to about this [m, rad and their rates].
 constexpr double kArrivedInFlight = 10 * kArrived;
 
@@ -57,12 +59,40 @@ constexpr std::size_t kCom = 0, kAngular = 3, kLinear = 6, kTurn = 9, kOfService
 // Of each target: position, quaternion, twist.
 constexpr std::size_t kPlace = 0, kQuaternion = 3, kSpin = 7, kVelocity = 10, kOfTarget = 13;
 
+double largest_of(const std::vector<GoalGap>& gaps) {
+  double largest = 0;
+  for (const GoalGap& gap : gaps) largest = std::max(largest, gap.largest());
+  return largest;
+}
+
+// Of several end-effectors the largest of each, in words: what is asked of it and by how much it is missed.
+std::string in_words(const std::vector<GoalGap>& gaps) {
+  GoalGap most;
+  const auto larger = [](Vector3d& kept, const Vector3d& v) {
+    if (norm(v) > norm(kept)) kept = v;
+  };
+  for (const GoalGap& gap : gaps) {
+    larger(most.position, gap.position), larger(most.turn, gap.turn);
+    larger(most.velocity, gap.velocity), larger(most.spin, gap.spin);
+  }
+  std::vector<std::string> missed;
+  const auto say = [&](const Vector3d& v, const char* what) {
+    if (norm(v) > kWorthSaying) missed.push_back(fmt::format("{:.2g} {}", norm(v), what));
+  };
+  say(most.position, "m from their points");
+  say(most.turn, "rad from the orientation asked for");
+  say(most.velocity, "m/s from the relative velocity asked for");
+  say(most.spin, "rad/s from the relative angular velocity asked for");
+  return fmt::format("{}", fmt::join(missed, ", "));
+}
+
 }  // namespace
 
 void ApproachPlanner::come_in_flown(StraightInProblem& in) {
-  constexpr int kMost = 12;
-  auto [reach, s] = plan_stand_off(in, {});
-  s = allow_for_disturbance(reach, s, ", stand-off");
+  constexpr int kMost = 14;
+  PlannedStandOff planned = plan_stand_off(in, {});
+  const ReachProblem& reach = planned.reach;
+  const ReachSolution s = allow_for_disturbance(reach, std::move(planned.solution), ", stand-off");
   report(reach, s);
   in.position = s.position, in.rate_begin = s.rate;
   const Spline spline{s.knots, s.coefficients};
@@ -75,34 +105,88 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
   around->w_B = [w_B](double) { return w_B; };
   if (targets_loaded() || problem_.orbit) around->targets = targets_over(in);
   in.surroundings = around;
-  const ApproachPlan before = plan_;
-  const SegmentStart start = segment_to(in.begin);
+  const StraightInProblem meant = in;
+  const auto plan = [&] {
+    advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
+    StraightInPath path = plan_straight_in(base_, in);
+    take_straight_in(in, path);
+    return std::move(path.gaps);
+  };
+  const auto fly = [&] {
+    around = std::make_shared<StraightInSurroundings>(*around);
+    return fly_over(meant, *around);
+  };
+  double before = std::numeric_limits<double>::infinity();
+  const auto correct = [&](const Gaps& gaps) {
+    in.surroundings = around;
+    // What series say too roughly of a load that begins at once, say, goals make up for.
+    constexpr double kNoGain = 0.9;
+    const double now = largest_of(gaps);
+    if (now > kNoGain * before) shift_goals(gaps, in);
+    before = now;
+  };
+  warn_of_flown_miss(correct_by_flights({plan, fly, correct}, kMost));
+}
+
+ApproachPlanner::Flown ApproachPlanner::correct_by_flights(const ByFlights& steps, int most) {
   constexpr int kPatience = 2;  // corrections without gain; they need not come nearer every time
+  const ApproachPlan before = plan_;
+  const double time = time_;
+  const std::vector<double> position = position_, rate = rate_;
+  const Posed X_WB = X_WB_;
   struct Best {
-    double largest = std::numeric_limits<double>::infinity();
+    Flown flown;
     ApproachPlan plan;
     std::vector<double> position, rate;
-  } best;
+  };
+  std::optional<Best> best;
   for (int i = 0, stuck = 0;; ++i) {
-    advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
-    take_straight_in(in, plan_straight_in(base_, in));
-    around = std::make_shared<StraightInSurroundings>(*around);
-    const double largest = fly_over(in, *around);
-    stuck = largest < 0.9 * best.largest ? 0 : stuck + 1;
-    if (largest < best.largest) best = {largest, plan_, position_, rate_};
-    if (largest <= kArrivedInFlight || i == kMost || stuck > kPatience) {
-      const long spent = plan_.report.rhs_evaluations;
-      plan_ = std::move(best.plan), position_ = std::move(best.position), rate_ = std::move(best.rate);
-      plan_.report.rhs_evaluations = spent;
-      constexpr double kWorthSaying = 1e-7;  // [m]
-      if (best.largest > kWorthSaying) warn_of_flown_miss(best.largest);
-      return;
+    Gaps planned;
+    bool ends = i == most;
+    try {
+      planned = steps.plan();
+    } catch (const Unplannable&) {
+      if (!best) throw;
+      ends = true;  // corrected too far, to where there is no plan
     }
-    in.surroundings = around;
+    Gaps left;
+    if (!planned.empty()) {
+      const Gaps gaps = steps.fly();
+      for (std::size_t g = 0; g < gaps.size(); ++g) left.push_back(gaps[g] - planned[g]);
+      const double largest = largest_of(left);
+      report_gaps(gaps);
+      stuck = !best || largest < 0.9 * best->flown.beside ? 0 : stuck + 1;
+      if (!best || largest < best->flown.beside) best = Best{{gaps, largest}, plan_, position_, rate_};
+      ends = ends || largest <= kArrivedInFlight || stuck > kPatience;
+    }
     const long evaluations = plan_.report.rhs_evaluations;
-    plan_ = before;
+    plan_ = ends ? std::move(best->plan) : before;
     plan_.report.rhs_evaluations = evaluations;
-    time_ = start.begin, position_ = start.position, rate_ = start.rate, X_WB_ = start.X_WB;
+    if (ends) {
+      position_ = std::move(best->position), rate_ = std::move(best->rate);
+      return std::move(best->flown);
+    }
+    steps.correct(left);
+    time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
+  }
+}
+
+void ApproachPlanner::shift_goals(const Gaps& gaps, StraightInProblem& in) const {
+  for (std::size_t g = 0; g < gaps.size(); ++g) {
+    StraightGoal& goal = in.goals[g];
+    const Rotationd& R_WT = targets_.capture[static_cast<std::size_t>(goal.target)].X_WT.R;
+    goal.X_TG.p = goal.X_TG.p - transposed_times(R_WT, gaps[g].position);
+    goal.turn_T = goal.turn_T - transposed_times(R_WT, gaps[g].turn);
+    goal.velocity_T = goal.velocity_T - transposed_times(R_WT, gaps[g].velocity);
+    goal.spin_T = goal.spin_T - transposed_times(R_WT, gaps[g].spin);
+  }
+}
+
+void ApproachPlanner::report_gaps(const Gaps& gaps) {
+  for (std::size_t g = 0; g < gaps.size(); ++g) {
+    PlannedMiss& miss = plan_.report.miss[g];
+    miss.distance = norm(gaps[g].position), miss.angle = norm(gaps[g].turn);
+    miss.velocity = norm(gaps[g].velocity), miss.angular_velocity = norm(gaps[g].spin);
   }
 }
 
@@ -112,7 +196,7 @@ Vector3d ApproachPlanner::turn_beside(const State& servicer) const {
   return transposed_times(X_WB.R, root_twist(servicer_.model, servicer, servicer_.base).angular);
 }
 
-double ApproachPlanner::fly_over(const StraightInProblem& in, StraightInSurroundings& around) {
+ApproachPlanner::Gaps ApproachPlanner::fly_over(const StraightInProblem& in, StraightInSurroundings& around) {
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfServicer);
   std::size_t next = 0;
   StepWatch watch;
@@ -134,13 +218,7 @@ double ApproachPlanner::fly_over(const StraightInProblem& in, StraightInSurround
                       Momentumd{recorded->vector_at(kAngular, t), recorded->vector_at(kLinear, t)}, mass, gravity};
   };
   around.w_B = [recorded](double t) { return recorded->vector_at(kTurn, t); };
-  const std::vector<Vector3d> missed = missed_in_flight(in.goals, end);
-  double largest = 0;
-  for (std::size_t g = 0; g < missed.size(); ++g) {
-    plan_.report.miss[g].distance = norm(missed[g]);
-    largest = std::max(largest, norm(missed[g]));
-  }
-  return largest;
+  return gaps_in_flight(in, end);
 }
 
 std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const StraightInProblem& in) const {
@@ -178,56 +256,49 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
   };
 }
 
-void ApproachPlanner::warn_of_flown_miss(double largest) {
-  plan_.warnings.push_back(
-      fmt::format("approach: straight_in brings the end-effectors to within {:.2g} m of their points, no nearer: under "
-                  "{} the plan changes what acts by more than corrections make up for",
-                  largest, disturbances()));
+void ApproachPlanner::warn_of_flown_miss(const Flown& flown) {
+  const std::string missed = in_words(flown.gaps);
+  if (missed.empty()) return;
+  plan_.warnings.push_back(fmt::format(
+      "approach: straight_in, flown under {}, leaves the end-effectors up to {}, no less: {}", disturbances(), missed,
+      flown.beside > kWorthSaying ? "the plan changes what acts by more than corrections make up for"
+                                  : "the joints cannot give more"));
 }
 
 void ApproachPlanner::come_in_bending(StraightInProblem& in) {
-  constexpr int kMost = 8;
-  const std::vector<StraightGoal> meant = in.goals;
-  const ApproachPlan before = plan_;
-  const double time = time_;
-  const std::vector<double> position = position_, rate = rate_;
-  const Posed X_WB = X_WB_;
+  constexpr int kMost = 12;
+  const StraightInProblem meant = in;
   std::vector<double> guess;
-  for (int i = 0;; ++i) {
-    come_in(in, guess);
+  const auto plan = [&] {
+    Gaps left = come_in(in, guess);
     guess = in.position;
-    const std::vector<Vector3d> missed = missed_in_flight(meant, fly(plan_.joints, in.end));  // in the targets
-    double largest = 0;
-    for (std::size_t g = 0; g < meant.size(); ++g) {
-      plan_.report.miss[g].distance = norm(missed[g]);
-      largest = std::max(largest, norm(missed[g]));
-    }
-    if (largest <= kArrivedInFlight || i == kMost) {
-      plan_.warnings.push_back(fmt::format(
-          "approach: straight_in brings the end-effectors of the robot that bends to within {:.2g} m of their "
-          "points; it is planned for the one that does not bend, from whose velocities and turns there they differ "
-          "by what bends{}",
-          largest, plan_.report.way ? "; so are limits and what else is asked of the way, which the run watches" : ""));
-      return;
-    }
-    for (std::size_t g = 0; g < meant.size(); ++g) in.goals[g].X_TG.p = in.goals[g].X_TG.p - missed[g];
-    const long evaluations = plan_.report.rhs_evaluations;
-    plan_ = before;
-    plan_.report.rhs_evaluations = evaluations;
-    time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
-  }
+    return left;
+  };
+  const auto fly_it = [&] { return gaps_in_flight(meant, fly(plan_.joints, in.end)); };
+  const auto correct = [&](const Gaps& gaps) { shift_goals(gaps, in); };
+  const std::string missed = in_words(correct_by_flights({plan, fly_it, correct}, kMost).gaps);
+  plan_.warnings.push_back(fmt::format(
+      "approach: straight_in brings the end-effectors of the robot that bends to {} in the end; it is planned for the "
+      "one that does not bend, from whose way they differ by what bends{}",
+      missed.empty() ? "where they are to be, moving as they are to" : "up to " + missed,
+      plan_.report.way ? "; so are limits and what else is asked of the way, which the run watches" : ""));
 }
 
-std::vector<Vector3d> ApproachPlanner::missed_in_flight(const std::vector<StraightGoal>& goals,
-                                                        const State& end) const {
+std::vector<Goal> ApproachPlanner::final_goals(const StraightInProblem& in) const {
+  std::vector<FreeBody> targets = in.targets;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    targets[t].X_WT = targets_.capture[t].X_WT, targets[t].V_WT = targets_.capture[t].V_WT;
+  return goals_at(in, targets, in.end);
+}
+
+ApproachPlanner::Gaps ApproachPlanner::gaps_in_flight(const StraightInProblem& in, const State& end) const {
   const Kinematics k = forward_kinematics(flown_.model, end);
-  std::vector<Vector3d> missed;
-  for (const StraightGoal& goal : goals) {
+  Gaps gaps;
+  for (const Goal& goal : final_goals(in)) {
     const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
-    const Posed& X_WT = targets_.capture[static_cast<std::size_t>(goal.target)].X_WT;
-    missed.push_back(inverse(X_WT) * frame_pose(flown_.model, k, frame).p - goal.X_TG.p);
+    gaps.push_back(goal_gap(goal, frame_pose(flown_.model, k, frame), frame_twist(flown_.model, k, frame)));
   }
-  return missed;
+  return gaps;
 }
 
 }  // namespace grapnel

@@ -61,7 +61,7 @@ void ApproachPlanner::stand_off_and_in(double begin) {
 
 ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProblem& in,
                                                                  const std::vector<double>& guess) {
-  ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.stand_off, 0), RateDemand::task);
+  ReachProblem reach = reach_to(in.begin, goals_at(in, in.targets, in.begin), RateDemand::task);
   set_search(reach);
   if (!guess.empty()) reach.guess = guess, reach.starts = 1;
   ReachSolution s = solve(reach, ", stand-off");
@@ -75,12 +75,14 @@ ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProbl
   return {std::move(reach), std::move(s)};
 }
 
-void ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
+std::vector<GoalGap> ApproachPlanner::come_in(StraightInProblem& in, const std::vector<double>& guess) {
   const ReachSolution s = plan_stand_off(in, guess).solution;
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
   in.rate_begin = s.rate;  // to the last digit: rates must not jump where the pieces meet
-  take_straight_in(in, plan_straight_in(base_, in));
+  StraightInPath path = plan_straight_in(base_, in);
+  take_straight_in(in, path);
+  return std::move(path.gaps);
 }
 
 ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, const ReachProblem& reach,
@@ -212,15 +214,15 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
 
 void ApproachPlanner::require_arrival(const StraightInPath& path) {
   constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+  report_gaps(path.gaps);
   double largest = 0;
   std::string text;
-  for (std::size_t i = 0; i < path.miss.size(); ++i) {
-    plan_.report.miss[i].distance = path.miss[i].distance;
-    plan_.report.miss[i].angle = path.miss[i].angle;
-    largest = std::max({largest, path.miss[i].distance, path.miss[i].angle});
-    if (path.miss[i].distance <= kMissed && path.miss[i].angle <= kMissed) continue;
+  for (std::size_t i = 0; i < path.gaps.size(); ++i) {
+    const double distance = norm(path.gaps[i].position), angle = norm(path.gaps[i].turn);
+    largest = std::max({largest, distance, angle});
+    if (distance <= kMissed && angle <= kMissed) continue;
     text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
-                        plan_.report.miss[i].end_effector, path.miss[i].distance, path.miss[i].angle);
+                        plan_.report.miss[i].end_effector, distance, angle);
   }
   if (text.empty()) {
     if (largest > 1e-9) {

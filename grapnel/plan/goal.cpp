@@ -32,6 +32,14 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
   for (int k = 0; k < 6; ++k) J_base.col(k) = column(X_WB.R * shift(twist_from(Vector6d::Unit(k)), p));
 }
 
+// The rotation that an orientation asked for is missed by, in W.
+Vector3d missed_turn(const Goal& g, const Rotationd& R_WE) {
+  if (g.orientation == Goal::Orientation::axis)
+    return rotation_vector(rotation_between(g.direction_W, R_WE * g.axis_E));
+  if (g.orientation == Goal::Orientation::pose) return rotation_vector(R_WE * transpose(g.X_WG.R));
+  return Vector3d::zero();
+}
+
 }  // namespace
 
 int rows_of(const Goal& goal) {
@@ -51,10 +59,9 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
     const Posed X_WE = X_WB * base.frame_pose(g.frame);
     error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
     if (g.orientation == Goal::Orientation::axis) {
-      const Vector3d phi = rotation_vector(rotation_between(g.direction_W, X_WE.R * g.axis_E));
-      error.segment<2>(row + 3) = across(g.direction_W) * column(phi);
+      error.segment<2>(row + 3) = across(g.direction_W) * column(missed_turn(g, X_WE.R));
     } else if (g.orientation == Goal::Orientation::pose) {
-      error.segment<3>(row + 3) = column(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
+      error.segment<3>(row + 3) = column(missed_turn(g, X_WE.R));
     }
     row += rows_of(g);
   }
@@ -139,6 +146,12 @@ Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weigh
   return F;
 }
 
+// Of an angular velocity, what the rows look at.
+Vector3d looked_at(const Goal& g, int spin, const Vector3d& w) {
+  const Vector3d along = dot(w, g.direction_W) * g.direction_W;
+  return spin == 0 ? Vector3d::zero() : spin == 1 ? along : spin == 2 ? w - along : w;
+}
+
 // R on both parts.
 Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
   Eigen::Matrix<double, 6, 6> X = Eigen::Matrix<double, 6, 6>::Zero();
@@ -163,6 +176,12 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
     const Vector3d spin_wanted = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
     put_rows(g, row, spin, column(Twistd{spin_wanted, g.V_WG.linear} - drift), b);
   });
+}
+
+GoalGap goal_gap(const Goal& goal, const Posed& X_WE, const Twistd& V_WE) {
+  const Twistd V = V_WE - goal.V_WG;
+  return {X_WE.p - goal.X_WG.p, missed_turn(goal, X_WE.R), V.linear,
+          looked_at(goal, spin_rows(goal, RateDemand::task), V.angular)};
 }
 
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,

@@ -5,6 +5,8 @@
 /// that give it the motion asked for; and the objective, which of many solutions is the better one. Thread safety:
 /// plain values; functions use the FloatingBase they are given as scratch.
 
+#include <algorithm>
+
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/plan/path_segment.hpp"
@@ -52,6 +54,21 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
 
 /// The two components of an axis goal's error in goal_error() as the rotation that they stand for, in W [rad].
 Eigen::Vector3d across_in_world(const Goal& goal, const Eigen::Vector2d& error);
+
+/// How an end-effector stands and moves against its goal, of what the goal and RateDemand::task ask for: zeros of what
+/// they leave free. All in W.
+struct GoalGap {
+  Vector3d position = Vector3d::zero();  // p_E - p_G [m]
+  Vector3d turn = Vector3d::zero();      // the rotation of goal_error() [rad]
+  Vector3d velocity = Vector3d::zero();  // of E, less that of the place [m/s]
+  Vector3d spin = Vector3d::zero();      // likewise [rad/s]
+  /// The largest of the four sizes, each in its unit.
+  double largest() const { return std::max({norm(position), norm(turn), norm(velocity), norm(spin)}); }
+  friend GoalGap operator-(const GoalGap& a, const GoalGap& b) {
+    return {a.position - b.position, a.turn - b.turn, a.velocity - b.velocity, a.spin - b.spin};
+  }
+};
+GoalGap goal_gap(const Goal& goal, const Posed& X_WE, const Twistd& V_WE);
 
 /// Least-squares joint rates of least norm that meet the demand at this configuration, through the generalized Jacobian
 /// (2.5) and the part of the twist that momentum carries (2.3), and what they leave unmet.

@@ -4,6 +4,7 @@
 /// The nearest of the points that keep linear inequalities.
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace grapnel {
 
@@ -19,6 +20,34 @@ struct LeastDistance {
 ///   min |x - c|^2 / 2 + (left / e)^2 / 2   with   A x - left <= b                                                  (1)
 /// is solved in its multipliers l >= 0, x = c - A^T l and left = e^2 sum l, by active sets [Lawson and Hanson 1974,
 /// chapter 23]. Where the rows can be kept, `left` is of the order of 1e-9 of what they ask for and not of interest.
+///
+/// For several e in turn: each begins with the rows that held the one before, and with their products. The less rows
+/// may give way the more of them hold, so it takes least from the largest e down.
+class NearestBelow {
+ public:
+  NearestBelow(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, Eigen::VectorXd c);
+
+  LeastDistance with(double giving);
+
+ private:
+  Eigen::Index count() const { return rows_of_.cols(); }
+  void add(Eigen::Index row);
+  void factor();
+  void settle();
+  const Eigen::VectorXd& products(Eigen::Index row);
+
+  Eigen::MatrixXd rows_of_;  // A^T
+  Eigen::VectorXd c_, r_;    // A c - b
+  double mean_square_ = 0;   // of the rows
+  double square_ = 0;        // e^2
+  std::vector<Eigen::Index> active_;
+  Eigen::MatrixXd L_;  // lower factor of their products, up to row factored_
+  Eigen::Index factored_ = 0;
+  Eigen::VectorXd l_;                      // multipliers of the active rows
+  std::vector<Eigen::VectorXd> products_;  // A A^T, columns of the rows that were ever active
+};
+
+/// For one of them.
 LeastDistance nearest_below(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
                             double giving = kGiving);
 

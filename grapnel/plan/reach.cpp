@@ -240,10 +240,11 @@ class Search {
     }
     std::optional<WayEnd> kept, nearest;
     const bool keeps = problem_.way.keeps_something();
+    const int most = problem_.way.knots.value_or(keeps ? WaySetup::kKnots : 0);
     const auto attempt = [&](const Shot& solution, int knots, int number) {
-      // The search for the best way is long: only where some way is near.
+      // The search for the best way is long: without all the splines that there may be only where some way is near.
       WayEnd end;
-      if (keeps && number != kAsItIs) end = look_for_way(solution, knots, number);
+      if (keeps && knots < most) end = look_for_way(solution, knots, number);
       if (end.violation <= kTolerated) {
         end = keep_way(base_, problem_, solution, knots, number);
         result_.rhs_evaluations += end.rhs_evaluations;
@@ -251,7 +252,6 @@ class Search {
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
       if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
-    const int most = problem_.way.knots.value_or(problem_.way.keeps_something() ? WaySetup::kKnots : 0);
     std::optional<WayEnd> possible;  // a motion that keeps what is asked, whatever its objective
     if (keeps) {
       WayEnd found = find_possible(from, most, kRandom);

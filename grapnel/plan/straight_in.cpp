@@ -130,11 +130,7 @@ class Motion {
     const Momentumd h_B = momentum(t, X_WB);
     resolve(t, y, X_WB, h_B);
     std::copy(theta_dot_.begin(), theta_dot_.end(), dydt.begin());
-    Twistd V_B = twist_from(base_.twist_at(theta_dot_, h_B));
-    if (problem_.surroundings) {
-      const Vector3d w_B = problem_.surroundings->w_B(t);
-      V_B += Twistd{w_B, -cross(w_B, base_.com())};
-    }
+    const Twistd V_B = twist_from(base_.twist_at(theta_dot_, h_B)) + turn_beside(t);
     const Vector3d v = X_WB.R * V_B.linear;
     for (int k = 0; k < 3; ++k) dydt[n_ + k] = v[k];
     Tumbling::put(quaternion_rate(Tumbling::quaternion(&y[n_ + 3]), V_B.angular), &dydt[n_ + 3]);
@@ -150,19 +146,40 @@ class Motion {
     return theta_dot_;
   }
 
+  // What is missed at a state.
+  std::vector<GoalGap> gaps(double t, std::span<const double> y) {
+    const std::vector<double> theta_dot = rates(t, y);
+    const Posed X_WB = base_pose(y);
+    base_.move(theta_dot, momentum(t, X_WB));
+    const Twistd beside = turn_beside(t);
+    std::vector<GoalGap> result;
+    for (const Goal& g : goals_at(problem_, targets_.bodies(t, y), t)) {
+      const Posed X_BE = base_.frame_pose(g.frame);
+      const Twistd V_B = base_.frame_twist(g.frame) + shift(beside, X_BE.p);
+      result.push_back(goal_gap(g, X_WB * X_BE, X_WB.R * V_B));
+    }
+    return result;
+  }
+
   Posed base_pose(std::span<const double> y) const {
     return {rotation_matrix(Tumbling::quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
   }
 
  private:
+  // Of the base, about the centre of mass; after place().
+  Twistd turn_beside(double t) const {
+    if (!problem_.surroundings) return Twistd::zero();
+    const Vector3d w_B = problem_.surroundings->w_B(t);
+    return {w_B, -cross(w_B, base_.com())};
+  }
+
   Momentumd momentum(double t, const Posed& X_WB) const {
     return (problem_.surroundings ? problem_.surroundings->motion(t) : problem_.motion).in_base(t, X_WB);
   }
 
   // theta_dot_ by (1).
   void resolve(double t, std::span<const double> y, const Posed& X_WB, const Momentumd& h_B) {
-    const JointPoint d = straight_distance(problem_, t);
-    const std::vector<Goal> goals = goals_at(problem_, targets_.bodies(t, y), d.position, -d.rate);
+    const std::vector<Goal> goals = goals_at(problem_, targets_.bodies(t, y), t);
     base_.place(y.first(n_));
     goal_error(base_, X_WB, goals, error_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_,
@@ -175,7 +192,6 @@ class Motion {
       for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
       add_to_rates(t);
       if (!record_) return;
-      path_.miss = misses(goals, error_);
       const double smallest = smallest_above(kDampedBelow);
       note(t, smallest, smallest, (G_ * *rates - b_).lpNorm<Eigen::Infinity>());
       return;
@@ -198,7 +214,6 @@ class Motion {
     const Eigen::VectorXd rates = svd.matrixV() * z;
     for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
     add_to_rates(t);
-    if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
   }
 
@@ -344,6 +359,7 @@ void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flow
     const std::vector<double>& y = flown.states[i];
     path.points.push_back({flown.times[i], {y.begin(), y.begin() + n}, motion.base_pose(y)});
   }
+  path.gaps = motion.gaps(problem.end, flown.states.back());
   path.joints.assign(n, {});
   path.fit_error = 0;
   for (int j = 0; j < n; ++j) {
@@ -361,10 +377,19 @@ void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flow
   }
 }
 
+Rotationd turned_by(const Vector3d& v) {
+  const double angle = norm(v);
+  return angle > 0 ? rotation_about((1 / angle) * v, angle) : Rotationd::identity();
+}
+
 }  // namespace
 
-std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
-                           double speed) {
+std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double time) {
+  const double duration = problem.end - problem.begin, t = time - problem.begin;
+  const JointPath to_the_point{JointProfile::quintic, duration, problem.stand_off, 0, 0, -problem.final_speed};
+  // What is to have a rate of one in the end and to be nothing there and at the begin.
+  const JointPath rate_alone{JointProfile::quintic, duration, 0, 0, 0, 1};
+  const JointPoint d = evaluate(to_the_point, t), e = evaluate(rate_alone, t);
   std::vector<Goal> goals;
   for (const StraightGoal& s : problem.goals) {
     const FreeBody& body = targets[s.target];
@@ -374,20 +399,16 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
     g.orientation = s.orientation;
     g.axis_E = s.axis_E;
     g.roll = s.roll;
-    g.direction_W = body.X_WT.R * s.direction_T;
-    const Vector3d p_T = s.X_TG.p - distance * s.direction_T;
-    g.X_WG = body.X_WT * Posed{s.X_TG.R, p_T};
+    const Rotationd turned = turned_by(e.position * s.spin_T) * turned_by(s.turn_T);
+    const Vector3d p_T = s.X_TG.p - d.position * s.direction_T + e.position * s.velocity_T;
+    g.direction_W = body.X_WT.R * (turned * s.direction_T);
+    g.X_WG = body.X_WT * Posed{turned * s.X_TG.R, p_T};
     g.V_WG = shift(body.V_WT, body.X_WT.R * p_T);
-    g.V_WG.linear += speed * g.direction_W;
+    g.V_WG.linear += body.X_WT.R * (e.rate * s.velocity_T - d.rate * s.direction_T);
+    g.V_WG.angular += body.X_WT.R * (e.rate * s.spin_T);
     goals.push_back(g);
   }
   return goals;
-}
-
-JointPoint straight_distance(const StraightInProblem& problem, double time) {
-  return evaluate(
-      JointPath{JointProfile::quintic, problem.end - problem.begin, problem.stand_off, 0, 0, -problem.final_speed},
-      time - problem.begin);
 }
 
 std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times) {

@@ -17,7 +17,6 @@
 
 #include "grapnel/plan/goal.hpp"
 #include "grapnel/plan/path_segment.hpp"
-#include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
@@ -51,6 +50,11 @@ struct StraightGoal {
   Vector3d axis_E{1, 0, 0};
   std::string target_name = {}, point = {};  // for messages, as in Goal
   bool roll = false;                         // the end-effector turns about the direction as the target does
+  // What flights miss in the end, the other way: with it the plan asks for other things than are meant, and flights
+  // come to these. In the target's frame.
+  Vector3d turn_T = Vector3d::zero();      // of the orientation asked for, a rotation vector [rad]
+  Vector3d velocity_T = Vector3d::zero();  // in the end, beside the place's and final_speed [m/s]
+  Vector3d spin_T = Vector3d::zero();      // in the end, beside the target's [rad/s]
 };
 
 /// Rates that the joints take as far as they move no end-effector,
@@ -102,20 +106,16 @@ struct StraightInPath {
   double unmet_time = 0;
   bool damped = false;  // near a singularity: over which time, and the smallest singular value
   double damped_begin = 0, damped_end = 0, smallest_singular_value = 0;
-  std::vector<GoalMiss> miss;           // per goal, at the end
+  std::vector<GoalGap> gaps;            // per goal, at the end
   std::vector<StraightInPoint> points;  // some two hundred and more, the ends among them
   long rhs_evaluations = 0;
 };
 
-/// Goals of all end-effectors at a distance from their grasp points, for the targets as given, closing at `speed`.
-std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
-                           double speed);
+/// Goals of all end-effectors at a time of the piece, for the targets as given.
+std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double time);
 
 /// The targets at increasing times from `begin` on.
 std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times);
-
-/// How far the hands have come, and how fast, at a time: s of (6.9)'s profile, a distance from the grasp point.
-JointPoint straight_distance(const StraightInProblem& problem, double time);
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem);
 

@@ -5,6 +5,7 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/least_distance.hpp"
+#include "grapnel/plan/self_motions.hpp"
 #include "grapnel/plan/shooting.hpp"
 #include "grapnel/plan/way_look.hpp"
 
@@ -12,255 +13,10 @@ namespace grapnel {
 namespace {
 
 constexpr double kNothing = -std::numeric_limits<double>::infinity();
-constexpr int kTerms = 8;               // of the self-motion
-constexpr std::size_t kSteps = 40;      // of the search's integration
-constexpr std::size_t kBegun = 4;       // nodes from which it goes on by several steps' rates
 constexpr double kNearViolation = 0.2;  // instants this near to a violation are kept as well
 constexpr double kFarthestMove = 0.5;   // that a joint moves from iterate to iterate [rad or m]
 
-// The motion at the ends of steps, with its derivatives by the unknowns: [where it begins, c].
-struct Node {
-  double time = 0;
-  std::vector<double> position, rate, acceleration;
-  Posed X_WB = Posed::identity();
-  PlacedLinks links;
-  Eigen::MatrixXd per_position, per_rate, per_acceleration;  // joints x unknowns
-  Matrix6Xd per_displacement;                                // of the base, in B
-};
-
-// Integrations of (1) to (3) with steps that stay the same, of order 4: the classical method for the first, then that
-// of Adams, Bashforth and Moulton, which takes one evaluation per step: rates are those at the predicted states.
-class SelfMotions {
- public:
-  SelfMotions(FloatingBase& base, const StraightInProblem& problem, const StartFreedom* freedom)
-      : base_(base), problem_(problem), freedom_(freedom), n_(base.joints()) {
-    for (std::size_t i = 0; i <= 2 * kSteps; ++i)
-      times_.push_back(i == 2 * kSteps ? problem.end : problem.begin + 0.5 * step() * static_cast<double>(i));
-    targets_ = targets_on_the_way(problem, times_);
-  }
-
-  int start_unknowns() const { return freedom_ ? static_cast<int>(freedom_->position.cols()) : 0; }
-  int unknowns() const { return start_unknowns() + n_ * kTerms; }
-  // Joint values at the begin count as rates that would bring them about in the piece's duration.
-  double start_scale() const { return problem_.end - problem_.begin; }
-  bool complete() const { return targets_.size() == times_.size(); }
-  int self_motions() const { return self_motions_; }
-  bool near_singularity() const { return near_singularity_; }  // at any time, in any integration
-  long evaluations() const { return evaluations_; }
-
-  std::vector<double> start(const Eigen::VectorXd& v) const {
-    std::vector<double> position = problem_.position;
-    if (freedom_)
-      Eigen::Map<Eigen::VectorXd>(position.data(), n_) += start_scale() * freedom_->position * v.head(start_unknowns());
-    return position;
-  }
-
-  // The farthest that a joint is then from where it was to begin [rad or m].
-  double begins_elsewhere_by(const Eigen::VectorXd& v) const {
-    if (start_unknowns() == 0) return 0;
-    return start_scale() * (freedom_->position * v.head(start_unknowns())).lpNorm<Eigen::Infinity>();
-  }
-
-  // Without derivatives it takes a fraction of the time.
-  enum class Derivatives { none, all };
-
-  std::vector<Node> integrate(const Eigen::VectorXd& v, Derivatives derivatives) {
-    derivatives_ = derivatives == Derivatives::all;
-    const int columns = derivatives_ ? unknowns() : 0;
-    std::vector<Node> nodes;
-    State s;
-    s.position = start(v);
-    s.X_WB = problem_.X_WB;
-    s.per_position = Eigen::MatrixXd::Zero(n_, columns);
-    s.per_displacement = Matrix6Xd::Zero(6, columns);
-    if (freedom_) {
-      const Vector6d xi = start_scale() * (freedom_->displacement * v.head(start_unknowns()));
-      s.X_WB = displaced(s.X_WB, xi);
-    }
-    if (freedom_ && derivatives_) {
-      s.per_position.leftCols(start_unknowns()) = start_scale() * freedom_->position;
-      s.per_displacement.leftCols(start_unknowns()) = start_scale() * freedom_->displacement;
-    }
-    s.q_WB = quaternion_from(s.X_WB.R);
-    settle(s, problem_.begin);
-    std::vector<Change> f;  // at the nodes, those after the fourth at the predicted states
-    for (std::size_t i = 0;; ++i) {
-      const int at = 2 * static_cast<int>(i);
-      if (i < kBegun) f.push_back(change(s, at, v));
-      base_.place(s.position, links_);
-      nodes.push_back({times_[2 * i],
-                       s.position,
-                       f[i].rate,
-                       {},
-                       s.X_WB,
-                       links_,
-                       s.per_position,
-                       f[i].per_position,
-                       {},
-                       s.per_displacement});
-      if (i == kSteps) break;
-      if (i + 1 < kBegun) {
-        const Change k2 = change(after(s, f[i], 0.5 * step(), at + 1), at + 1, v);
-        const Change k3 = change(after(s, k2, 0.5 * step(), at + 1), at + 1, v);
-        const Change k4 = change(after(s, k3, step(), at + 2), at + 2, v);
-        s = after(s, sum({{1, f[i]}, {2, k2}, {2, k3}, {1, k4}}), step() / 6, at + 2);
-      } else {
-        const Change predictor = sum({{55, f[i]}, {-59, f[i - 1]}, {37, f[i - 2]}, {-9, f[i - 3]}});
-        f.push_back(change(after(s, predictor, step() / 24, at + 2), at + 2, v));
-        const Change corrector = sum({{9, f[i + 1]}, {19, f[i]}, {-5, f[i - 1]}, {1, f[i - 2]}});
-        s = after(s, corrector, step() / 24, at + 2);
-      }
-    }
-    add_accelerations(nodes);
-    return nodes;
-  }
-
- private:
-  struct State {
-    std::vector<double> position;
-    Quaterniond q_WB;
-    Posed X_WB;  // where q_WB has it
-    Eigen::MatrixXd per_position;
-    Matrix6Xd per_displacement;
-  };
-  struct Change {
-    std::vector<double> rate;
-    Quaterniond turn;  // of the base's quaternion
-    Eigen::MatrixXd per_position;
-    Matrix6Xd per_displacement;
-  };
-
-  double step() const { return (problem_.end - problem_.begin) / static_cast<double>(kSteps); }
-
-  // The base's place follows from its attitude.
-  void settle(State& s, double time) {
-    if (!base_.floats()) return;
-    s.X_WB.R = rotation_matrix(s.q_WB);
-    base_.place(s.position, links_);
-    s.X_WB.p = problem_.motion.com_at(time) - s.X_WB.R * links_.com;
-  }
-
-  State after(const State& s, const Change& k, double h, int at) {
-    State next = s;
-    for (int j = 0; j < n_; ++j) next.position[static_cast<std::size_t>(j)] += h * k.rate[static_cast<std::size_t>(j)];
-    next.q_WB = normalized(Quaterniond{s.q_WB.w + h * k.turn.w, s.q_WB.x + h * k.turn.x, s.q_WB.y + h * k.turn.y,
-                                       s.q_WB.z + h * k.turn.z});
-    next.per_position += h * k.per_position;
-    next.per_displacement += h * k.per_displacement;
-    settle(next, times_[static_cast<std::size_t>(at)]);
-    return next;
-  }
-
-  // (1) to (3).
-  Change change(const State& s, int at, const Eigen::VectorXd& v) {
-    ++evaluations_;
-    const double time = times_[static_cast<std::size_t>(at)];
-    const JointPoint d = straight_distance(problem_, time);
-    const std::vector<Goal> goals = goals_at(problem_, targets_[static_cast<std::size_t>(at)], d.position, -d.rate);
-    const Momentumd h_B = problem_.motion.in_base(time, s.X_WB);
-    base_.place(s.position);
-    double phi[kTerms];
-    self_motion_basis((time - problem_.begin) / (problem_.end - problem_.begin), phi);
-    Eigen::VectorXd z = Eigen::VectorXd::Zero(n_);
-    for (int k = 0; k < kTerms; ++k) z += phi[k] * v.segment(start_unknowns() + k * n_, n_);
-    if (!derivatives_) {
-      const Eigen::VectorXd rates = rates_nearest_to(z, s.X_WB, h_B, goals);
-      Change c;
-      c.rate.assign(rates.begin(), rates.end());
-      base_.move(c.rate, h_B);
-      c.turn = quaternion_rate(s.q_WB, twist_from(base_.base_twist()).angular);
-      c.per_position.resize(n_, 0), c.per_displacement.resize(6, 0);
-      return c;
-    }
-    DemandedRates demanded = demanded_rates(base_, s.X_WB, h_B, goals, RateDemand::task);
-    add_self_motion(z, demanded);
-    const RateSensitivity rho = rate_sensitivity(base_, s.X_WB, h_B, goals, RateDemand::task, demanded);
-    Change c;
-    c.rate.assign(demanded.rates.begin(), demanded.rates.end());
-    base_.move(c.rate, h_B);
-    c.turn = quaternion_rate(s.q_WB, twist_from(base_.base_twist()).angular);
-    c.per_position = rho.per_angle * s.per_position + rho.per_displacement * s.per_displacement;
-    Eigen::MatrixXd free = Eigen::MatrixXd::Identity(n_, n_) - demanded.G_inverse * demanded.G;
-    for (int j = 0; j < n_; ++j) {
-      if (base_.is_held(j)) free.col(j).setZero(), free.row(j).setZero();
-    }
-    self_motions_ = std::max(self_motions_, static_cast<int>(std::lround(free.trace())));
-    constexpr double kRounding = 1e-12;  // is no freedom, and no program is to move joints by it
-    free = (free.array().abs() < kRounding).select(0.0, free);
-    for (int k = 0; k < kTerms; ++k) c.per_position.middleCols(start_unknowns() + k * n_, n_) += phi[k] * free;
-    c.per_displacement = base_.displacement_rate(h_B) * s.per_displacement + base_.per_angle() * s.per_position +
-                         base_.per_rate() * c.per_position;
-    return c;
-  }
-
-  // Whether plan_straight_in() would damp it.
-  static bool is_damped(const Eigen::MatrixXd& G) {
-    const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(G).singularValues();
-    constexpr double kNever = 1e-9;  // what a planar arm can never do
-    return std::any_of(sigma.begin(), sigma.end(),
-                       [&](double s) { return s > kNever * sigma[0] && s < kDampedBelow * sigma[0]; });
-  }
-
-  // (1), by normal equations where no singularity is near.
-  Eigen::VectorXd rates_nearest_to(const Eigen::VectorXd& z, const Posed& X_WB, const Momentumd& h_B,
-                                   const std::vector<Goal>& goals) {
-    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
-    const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
-    if (const auto rest = least_norm_above(G_, b_ - G_ * z, kDampedBelow * largest)) return z + *rest;
-    near_singularity_ = near_singularity_ || is_damped(G_);
-    DemandedRates demanded = demanded_rates(base_, X_WB, h_B, goals, RateDemand::task);
-    add_self_motion(z, demanded);
-    return demanded.rates;
-  }
-
-  static Change sum(std::initializer_list<std::pair<double, const Change&>> terms) {
-    Change sum = terms.begin()->second;
-    const double first = terms.begin()->first;
-    for (double& rate : sum.rate) rate *= first;
-    Quaterniond& q = sum.turn;
-    q = {first * q.w, first * q.x, first * q.y, first * q.z};
-    sum.per_position *= first, sum.per_displacement *= first;
-    for (auto term = terms.begin() + 1; term != terms.end(); ++term) {
-      const auto& [weight, k] = *term;
-      for (std::size_t j = 0; j < sum.rate.size(); ++j) sum.rate[j] += weight * k.rate[j];
-      q = {q.w + weight * k.turn.w, q.x + weight * k.turn.x, q.y + weight * k.turn.y, q.z + weight * k.turn.z};
-      sum.per_position += weight * k.per_position, sum.per_displacement += weight * k.per_displacement;
-    }
-    return sum;
-  }
-
-  // By differences of order 4 of the rates at five nodes.
-  void add_accelerations(std::vector<Node>& nodes) const {
-    constexpr double kWeights[5][5] = {
-        {-25, 48, -36, 16, -3}, {-3, -10, 18, -6, 1}, {1, -8, 0, 8, -1}, {-1, 6, -18, 10, 3}, {3, -16, 36, -48, 25}};
-    const int last = static_cast<int>(nodes.size()) - 1;
-    for (int i = 0; i <= last; ++i) {
-      const int from = std::clamp(i - 2, 0, last - 4);
-      Node& node = nodes[static_cast<std::size_t>(i)];
-      node.acceleration.assign(static_cast<std::size_t>(n_), 0.0);
-      node.per_acceleration = Eigen::MatrixXd::Zero(n_, node.per_rate.cols());
-      for (int k = 0; k < 5; ++k) {
-        const double weight = kWeights[i - from][k] / (12 * step());
-        const Node& other = nodes[static_cast<std::size_t>(from + k)];
-        for (std::size_t j = 0; j < node.acceleration.size(); ++j) node.acceleration[j] += weight * other.rate[j];
-        node.per_acceleration += weight * other.per_rate;
-      }
-    }
-  }
-
-  FloatingBase& base_;
-  const StraightInProblem& problem_;
-  const StartFreedom* freedom_;
-  int n_;
-  std::vector<double> times_;  // of steps' ends and middles
-  std::vector<std::vector<FreeBody>> targets_;
-  PlacedLinks links_;
-  Eigen::MatrixXd G_;
-  Eigen::VectorXd b_;
-  bool derivatives_ = true, near_singularity_ = false;
-  int self_motions_ = 0;
-  long evaluations_ = 0;
-};
+using Node = SelfMotions::Node;
 
 PathSegment::WayPoint way_point(double time, const std::vector<double>& position, const std::vector<double>& rate,
                                 const std::vector<double>& acceleration, const Posed& X_WB, const PlacedLinks& links) {
@@ -289,8 +45,10 @@ class StraightSearch {
       return closed(best);
     }
     // A look by the nodes costs a tenth of an exact one, which there is near a singularity or where it says enough.
-    best = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
-    if (best.violation <= kNearly || motions_.near_singularity()) best = exact(v);
+    do {
+      best = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
+    } while (best.violation > kNearly && !is_reliable(best.violation) && motions_.refine());
+    if (best.violation <= kNearly || motions_.near_singularity() || !is_reliable(best.violation)) best = exact(v);
     if (best.kept) return closed(best);
     if (!problem_.self_motion.coefficients.empty()) {
       const Eigen::VectorXd known = as_vector(problem_.self_motion.coefficients);
@@ -302,6 +60,9 @@ class StraightSearch {
       const bool arrived = worst <= -margin_ + kAimed;
       if (worst > kNearly) {
         StraightWay end = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
+        if (!is_reliable(end.violation)) end = exact(v);
+        if (end.kept) best = std::move(end);
+        if (best.kept) break;
         // A piece that keeps its limits and is refused for what it passes by is not given up for one that does not.
         const bool keeps_limits = best.path.finished && best.trouble.empty();
         if (!keeps_limits && !end.trouble.empty() && end.violation < best.violation) best = std::move(end);
@@ -320,6 +81,13 @@ class StraightSearch {
  private:
   static constexpr double kHopeless = 0.3, kNearly = 0.02;
 
+  // Whether the last integration is good enough to say that so much is violated: its estimated error is small against
+  // it. What is not finite is so near a singularity, with however many steps.
+  bool is_reliable(double violation) const {
+    constexpr double kSmall = 0.5;
+    return !std::isfinite(violation) || motions_.error() <= kSmall * std::max(kNearly, violation);
+  }
+
   StraightWay closed(StraightWay& way) const {
     way.self_motions = motions_.self_motions();
     way.rhs_evaluations = motions_.evaluations() + evaluations_;
@@ -329,7 +97,8 @@ class StraightSearch {
   struct Iterate {
     Eigen::VectorXd v;
     std::vector<Node> nodes;
-    double worst = 0;  // at the nodes
+    double worst = 0;             // at the nodes
+    bool has_derivatives = true;  // the nodes
   };
 
   // To the v nearest to `share` of it that keeps what is linear at v, or comes as near to that as joints do that move
@@ -339,22 +108,33 @@ class StraightSearch {
     double farthest = 0;  // that a joint moves [rad or m]
     double foreseen = 0;  // what is violated then, as far as that is linear
   };
-  Step step_within(double radius, const Iterate& at, double share) {
+  Step step_within(double radius, Iterate& at, double share) {
+    if (!at.has_derivatives) at.nodes = motions_.integrate(at.v, SelfMotions::Derivatives::all);
+    at.has_derivatives = true;
     const std::vector<Node>& nodes = at.nodes;
     const Eigen::VectorXd& v = at.v;
     const Rows rows = linear_at(nodes, v);
+    NearestBelow nearest(rows.A, rows.b, share * v);
     const auto with = [&](double giving) {
       Step step;
-      step.v = nearest_below(rows.A, rows.b, share * v, giving).x;
+      step.v = nearest.with(giving).x;
+      const Eigen::VectorXd change = step.v - v;
       for (const Node& node : nodes)
-        step.farthest = std::max(step.farthest, (node.per_position * (step.v - v)).lpNorm<Eigen::Infinity>());
+        step.farthest = std::max(step.farthest, (node.per_position * change).lpNorm<Eigen::Infinity>());
       return step;
     };
-    // Rows that give way as little as joints that stay within the radius allow.
-    constexpr double kMore = 30, kMost = 1, kOfRadius = 0.7;
-    double giving = kGiving, less = 0;
+    // Rows that give way as little as joints that stay within the radius allow: less and less.
+    constexpr double kMost = 2.187e10 * kGiving, kLess = 1.0 / 30, kOfRadius = 0.7;
+    double giving = kMost, less = 0;
     Step step = with(giving);
-    while (step.farthest > radius && giving < kMost) less = giving, giving *= kMore, step = with(giving);
+    while (step.farthest <= radius && giving > kGiving && less == 0) {
+      const double next = std::max(kGiving, kLess * giving);
+      Step other = with(next);
+      if (other.farthest > radius)
+        less = next;
+      else
+        giving = next, step = std::move(other);
+    }
     for (int i = 0; i < 4 && less > 0 && step.farthest < kOfRadius * radius; ++i) {
       const double between = std::sqrt(less * giving);
       Step other = with(between);
@@ -371,8 +151,13 @@ class StraightSearch {
   // From v to one at which no more than `enough` is violated at the nodes; if nothing is to be, to the least such one
   // near there. What is left at the nodes.
   double exchange(Eigen::VectorXd& v, double enough) {
-    Iterate at{v, motions_.integrate(v, SelfMotions::Derivatives::all)};
-    at.worst = add_instants(at.nodes);
+    Iterate at;
+    at.v = v;
+    do {
+      if (!at.nodes.empty()) instants_.clear();  // at the nodes of before
+      at.nodes = motions_.integrate(v, SelfMotions::Derivatives::all);
+      at.worst = add_instants(at.nodes);
+    } while (!is_reliable(at.worst) && motions_.refine());
     constexpr double kSwing = 0.03;  // by which steps to less self-motion may miss what is kept
     const double kept = -margin_ + kAimed;
     restore(at, std::max(enough, kept));
@@ -397,10 +182,10 @@ class StraightSearch {
 
   // With the step done, unless it comes to more than `most`; then what is violated there is kept from now on.
   bool take(Iterate& at, const Step& step, double most) {
-    const double now = add_instants(motions_.integrate(step.v, SelfMotions::Derivatives::none));
+    std::vector<Node> nodes = motions_.integrate(step.v, SelfMotions::Derivatives::none);
+    const double now = add_instants(nodes);
     if (now > most) return false;
-    at.v = step.v, at.worst = now;
-    at.nodes = motions_.integrate(at.v, SelfMotions::Derivatives::all);
+    at = {step.v, std::move(nodes), now, false};
     return true;
   }
 

@@ -171,10 +171,10 @@ class Restoration {
     leave_out_held(A);
     const Eigen::VectorXd rest = as_vector(b) - A * d0;
     const Eigen::MatrixXd AP = A - (A * Q) * Q.transpose();
-    const Eigen::VectorXd origin = Eigen::VectorXd::Zero(size);
+    NearestBelow nearest(AP, rest, Eigen::VectorXd::Zero(size));
     const auto with = [&](double giving) {
       Step step;
-      step.d = d0 + nearest_below(AP, rest, origin, giving).x;
+      step.d = d0 + nearest.with(giving).x;
       step.farthest = step.d.lpNorm<Eigen::Infinity>();
       return step;
     };

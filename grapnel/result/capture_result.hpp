@@ -29,6 +29,8 @@ struct PlannedMiss {
   std::string end_effector;
   double distance = 0;
   double angle = 0;
+  std::optional<double> velocity = {};
+  std::optional<double> angular_velocity = {};
 };
 
 /// The piece straight in.

@@ -71,11 +71,18 @@ const Type& type_of<PlannedMiss>() {
       field<&PlannedMiss::end_effector>("end_effector", "whose miss it is"),
       field<&PlannedMiss::distance>("distance", "m", "from its goal; null: unknown").or_null(),
       field<&PlannedMiss::angle>("angle", "rad", "from what the grasp's orientation asks for; null: unknown").or_null(),
+      field<&PlannedMiss::velocity>(
+          "velocity", "m/s",
+          "of a piece straight in: how far the relative velocity in the end is from final_speed "
+          "along the approach direction"),
+      field<&PlannedMiss::angular_velocity>(
+          "angular_velocity", "rad/s",
+          "likewise the relative angular velocity from zero, of what the grasp's orientation and `roll` ask for"),
   };
   static constexpr Type type = structure<PlannedMiss>(
       "PlannedMiss",
-      "how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the "
-      "closest attempt.",
+      "how far an end-effector stays from its goal when the plan is followed exactly, in flight with everything that "
+      "acts where planning corrects by flights; where nothing was found, in the closest attempt.",
       fields);
   return type;
 }

@@ -29,6 +29,28 @@ Meeting meeting(const CaptureProblem& problem, const CaptureResult& result, std:
   return m;
 }
 
+Meeting::Missed Meeting::missed(GraspSetup::Orientation orientation, const StraightIn& in) const {
+  Missed m;
+  m.distance = distance();
+  m.velocity = norm(relative_velocity() - in.final_speed * direction_W);
+  const double along = dot(relative_spin(), direction_W), across = norm(cross(direction_W, relative_spin()));
+  const bool rolls = in.roll == StraightIn::Roll::matched;
+  switch (orientation) {
+    case GraspSetup::Orientation::free:
+      m.spin = rolls ? std::abs(along) : 0;
+      break;
+    case GraspSetup::Orientation::axis:
+      m.angle = axis_angle();
+      m.spin = rolls ? std::hypot(along, across) : across;
+      break;
+    case GraspSetup::Orientation::pose:
+      m.angle = pose_angle();
+      m.spin = std::hypot(along, across);
+      break;
+  }
+  return m;
+}
+
 std::size_t last_sample(const CaptureResult& result, const std::string& phase) {
   for (std::size_t s = result.series.time.size(); s-- > 0;) {  // from the end: loops ask again for every sample
     if (result.series.phases.at(static_cast<std::size_t>(result.series.phase[s])) == phase) return s;

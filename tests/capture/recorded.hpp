@@ -23,6 +23,13 @@ struct Meeting {
   Vector3d relative_spin() const { return V_WE.angular - V_WG.angular; }
   double pose_angle() const { return rotation_angle(transpose(X_WG.R) * X_WE.R); }
   double axis_angle() const { return std::atan2(norm(cross(direction_W, axis_W)), dot(direction_W, axis_W)); }
+
+  /// What a piece straight in misses of what its grasp asks for.
+  struct Missed {
+    double distance = 0, angle = 0, velocity = 0, spin = 0;  // [m, rad, m/s, rad/s]
+    double largest() const { return std::max({distance, angle, velocity, spin}); }
+  };
+  Missed missed(GraspSetup::Orientation orientation, const StraightIn& in) const;
 };
 Meeting meeting(const CaptureProblem& problem, const CaptureResult& result, std::size_t grasp, std::size_t sample);
 

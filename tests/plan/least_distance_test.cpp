@@ -56,6 +56,60 @@ TEST(LeastDistance, GivesWayEvenlyWhereTheyCannot) {
   EXPECT_NEAR(found.x[1], 2, 1e-6);
 }
 
+// What nothing is asked of stays where it is.
+TEST(LeastDistance, OfNoRowsIsThePointItself) {
+  const Eigen::Vector3d c{1, -2, 3};
+  const LeastDistance found = nearest_below(Eigen::MatrixXd(0, 3), Eigen::VectorXd(0), c);
+  EXPECT_EQ(found.x, c);
+  EXPECT_EQ(found.left, 0);
+}
+
+// Rows that say the same, among them one that asks for less and one that is another's multiple, move the point as one
+// of them does.
+TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 generator(seed);
+    const Eigen::MatrixXd a = random_matrix(generator, 1, 6);
+    const Eigen::VectorXd c = random_matrix(generator, 6, 1);
+    const double asked = (a * c)(0) - 0.5;
+    Eigen::MatrixXd A(5, 6);
+    A << a, a, a, 2 * a, a;
+    const Eigen::VectorXd b = (Eigen::VectorXd(5) << asked, asked, asked, 2 * asked, asked + 0.25).finished();
+    const LeastDistance one = nearest_below(a, Eigen::VectorXd::Constant(1, asked), c), found = nearest_below(A, b, c);
+    EXPECT_GT((one.x - c).norm(), 0.1);
+    EXPECT_LT((found.x - one.x).norm(), 1e-7) << seed;  // measured 4e-9
+    EXPECT_LT(found.left, 1e-7) << seed;
+  }
+  // Equal rows that contradict another by 1 still give way by a half each.
+  Eigen::MatrixXd A(4, 2);
+  A << 1, 0, 1, 0, -1, 0, -1, 0;
+  const Eigen::Vector4d b{0, 0, -1, -1};
+  const LeastDistance found = nearest_below(A, b, Eigen::Vector2d(7, 2));
+  EXPECT_NEAR(found.left, 0.5, 1e-3);
+  EXPECT_NEAR(found.x[0], 0.5, 1e-6);
+  EXPECT_NEAR(found.x[1], 2, 1e-6);
+}
+
+// One after the other, down or up, they are what each is by itself.
+TEST(LeastDistance, IsTheSameWhateverWasSolvedBefore) {
+  double different = 0, farthest = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 generator(seed);
+    const Eigen::MatrixXd A = random_matrix(generator, 40, 12);
+    const Eigen::VectorXd b = random_matrix(generator, 40, 1) - Eigen::VectorXd::Constant(40, 0.5),
+                          c = random_matrix(generator, 12, 1);
+    NearestBelow program(A, b, c);
+    for (const double giving : {20.0, 1.0, 1e-2, 1e-4, 1e-3, 0.3, 1e-5}) {
+      const LeastDistance found = program.with(giving), by_itself = nearest_below(A, b, c, giving);
+      different = std::max(different, (found.x - by_itself.x).norm());
+      farthest = std::max(farthest, (found.x - c).norm());
+      EXPECT_NEAR(found.left, by_itself.left, 1e-7);
+    }
+  }
+  EXPECT_LT(different, 1e-7);
+  EXPECT_GT(farthest, 1);
+}
+
 // The more a row may give way the less far the point is.
 TEST(LeastDistance, GivesWayForAShorterWay) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Constant(1, 1, 2);

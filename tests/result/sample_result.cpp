@@ -172,7 +172,7 @@ CaptureResult sample_result() {
   plan.objective_value = next();
   plan.terms = {{"excursion", 1, plan.objective_value}};
   plan.distinct_solutions = 2;
-  plan.miss = {{"left", next(), next()}, {"right", next(), next()}};
+  plan.miss = {{"left", next(), next(), next(), next()}, {"right", next(), next()}};
   plan.starts = 5, plan.solutions = 4, plan.iterations = 23;
   plan.rhs_evaluations = 1234;
   plan.smallest_singular_value = next();

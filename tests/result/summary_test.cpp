@@ -219,7 +219,9 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
                "smallest_singular_value", "straight_in"},
               "approach.plan");
   expect_keys(plan["terms"][0], {"name", "weight", "value"}, "approach.plan.terms[]");
-  expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
+  expect_keys(plan["miss"][0], {"end_effector", "distance", "angle", "velocity", "angular_velocity"},
+              "approach.plan.miss[]");
+  expect_keys(plan["miss"][1], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
   expect_keys(plan["straight_in"],
               {"begin", "stand_off", "final_speed", "smallest_singular_value", "damped", "damped_interval", "unmet",
                "unmet_time", "fit_error", "self_motion"},

@@ -408,7 +408,7 @@ export const kPlanTerm: FieldNote[] = [
   ["value","1","[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index, wheel_momentum: 1]"],
 ];
 
-// how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the closest attempt.
+// how far an end-effector stays from its goal when the plan is followed exactly, in flight with everything that acts where planning corrects by flights; where nothing was found, in the closest attempt.
 export interface PlannedMiss {
   /** whose miss it is */
   end_effector: string;
@@ -416,11 +416,17 @@ export interface PlannedMiss {
   distance: number | null;
   /** from what the grasp's orientation asks for; null: unknown [rad] */
   angle: number | null;
+  /** of a piece straight in: how far the relative velocity in the end is from final_speed along the approach direction [m/s] */
+  velocity?: number;
+  /** likewise the relative angular velocity from zero, of what the grasp's orientation and `roll` ask for [rad/s] */
+  angular_velocity?: number;
 }
 export const kPlannedMiss: FieldNote[] = [
   ["end_effector","","whose miss it is"],
   ["distance","m","from its goal; null: unknown"],
   ["angle","rad","from what the grasp's orientation asks for; null: unknown"],
+  ["velocity","m/s","of a piece straight in: how far the relative velocity in the end is from final_speed along the approach direction"],
+  ["angular_velocity","rad/s","likewise the relative angular velocity from zero, of what the grasp's orientation and `roll` ask for"],
 ];
 
 // the last piece of an approach, on a straight line to the grasp point.
