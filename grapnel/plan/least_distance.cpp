@@ -49,7 +49,8 @@ void NearestBelow::add(Eigen::Index row) {
   settle();
 }
 
-// L L^T = the active rows' products, row by row from where it is not so any more: a row more costs a square, not a cube.
+// L L^T = the active rows' products, row by row from where it is not so any more: a row more costs a square, not a
+// cube.
 void NearestBelow::factor() {
   // Rows that depend on each other do not make it singular.
   constexpr double kRounding = 1e-12;  // of the row's square

@@ -94,7 +94,8 @@ class Restoration {
     violated_ = end.violation;
     const double missed = shot.largest_error();
     constexpr double kNearGoals = 1e-3;  // Newton's method does the rest
-    if (missed > std::max(end.violation, kNearGoals)) end.violation = missed, end.trouble = "the end-effectors do not arrive";
+    if (missed > std::max(end.violation, kNearGoals))
+      end.violation = missed, end.trouble = "the end-effectors do not arrive";
     if (!best.shot || end.violation < best.violation) {
       end.shot = std::make_shared<Shot>(shot);
       end.knots = way_.problem().start.knots;
