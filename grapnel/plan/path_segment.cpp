@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "grapnel/dynamics/momentum.hpp"
 
@@ -130,7 +131,7 @@ std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
 
 void PathSegment::lay_panels(int panels) {
   if (laid_ == panels) return;
-  laid_ = panels;
+  laid_ = 0;  // until everything has its place
   const std::size_t count = static_cast<std::size_t>(panels) * kStages,
                     knots = static_cast<std::size_t>(spline_.knots());
   nodes_.resize(count), N_.resize(count * knots);
@@ -157,6 +158,7 @@ void PathSegment::lay_panels(int panels) {
     for (const JointPoint& point : N) put(point);
   }
   lanes_->reserve(keeps_way_ ? nodes() : kStages);
+  laid_ = panels;
 }
 
 NodePanel PathSegment::panel_of(std::span<const double> position, std::span<const double> rate,
@@ -238,6 +240,7 @@ void PathSegment::add_sensitivities(const Quaterniond& q, SegmentEnd& end) {
 void PathSegment::forget_nodes() {
   placed_.resize(nodes_.size()), turning_.resize(nodes_.size());
   is_placed_.assign(nodes_.size(), false), has_turning_.assign(nodes_.size(), false);
+  way_points_ = nodes();
 }
 
 const PlacedLinks& PathSegment::links_at(int node) const {
@@ -270,6 +273,7 @@ void PathSegment::keep_way(int least_panels) {
 }
 
 PathSegment::WayPoint PathSegment::way_point(int index) const {
+  if (index < 0 || index >= way_points_) throw std::out_of_range("PathSegment::way_point: no such node");
   const auto i = static_cast<std::size_t>(index), n = start_.position.size();
   const Node& node = nodes_[i];
   const std::size_t knots = static_cast<std::size_t>(spline_.knots());
@@ -355,6 +359,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
                             SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();
   SegmentEnd end;
+  way_points_ = 0;
   if (keeps_way_) {
     position_.assign(position.begin(), position.end()), rate_.assign(rate.begin(), rate.end());
     coefficients_.assign(coefficients.begin(), coefficients.end());
@@ -378,7 +383,8 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
-  int& panels = panels_[static_cast<int>(accuracy)];
+  // Whoever looks at nodes has the same for both accuracies, and never fewer than before.
+  int& panels = panels_[keeps_way_ ? 0 : static_cast<int>(accuracy)];
   Quaterniond q;
   for (;; panels *= 2) {
     lay_panels(panels);
@@ -387,7 +393,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     const double unresolved = turn(panel, tolerance, sensitivities, q);
     if (unresolved <= tolerance) {
       // A panel of twice the length resolves less by 2^stages: whether that would have done.
-      for (double longer = unresolved; panels > least_panels_; panels /= 2) {
+      for (double longer = unresolved; !keeps_way_ && panels > least_panels_; panels /= 2) {
         longer = std::ldexp(longer, kStages + 1);
         if (longer > tolerance) break;
       }

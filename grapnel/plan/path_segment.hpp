@@ -108,13 +108,14 @@ class PathSegment {
     /// Put together when somebody asks.
     const PlacedLinks& links() const { return placed ? *placed : of->links_at(node); }
   };
-  int way_points() const { return static_cast<int>(nodes_.size()); }
+  /// Of the last flight; none if it did not come to its end. Other flights may have other numbers of them.
+  int way_points() const { return way_points_; }
   WayPoint way_point(int node) const;
   /// The links there, until the next flight.
   const PlacedLinks& links_at(int node) const;
   /// eta of (3) at a node, 3 x [final values, final rates, coefficients].
   Eigen::Matrix3Xd turn_per_unknown(int node) const;
-  /// How w_B changes with them there, 3 x the same.
+  /// How w_B changes with them there, 3 x the same; of a flight with sensitivities.
   Eigen::Matrix3Xd w_per_unknown(int node);
 
   const SegmentStart& start() const { return start_; }
@@ -173,6 +174,7 @@ class PathSegment {
   std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
   int panels_[2];                                       // to begin with, per SegmentAccuracy
   int laid_ = 0;                                        // panels of nodes_
+  int way_points_ = 0;
   std::vector<Node> nodes_;
   std::vector<JointPoint> N_;            // of the spline, per node
   std::vector<double> basis_, weights_;  // as NodePanel has them

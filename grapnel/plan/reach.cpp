@@ -241,23 +241,27 @@ class Search {
     std::optional<WayEnd> kept, nearest;
     const bool keeps = problem_.way.keeps_something();
     const int most = problem_.way.knots.value_or(keeps ? WaySetup::kKnots : 0);
+    std::optional<WayEnd> possible;  // a motion that keeps what is asked, whatever its objective
+    if (keeps) {
+      WayEnd found = find_possible(from, most, kRandom);
+      if (found.violation <= kTolerated)
+        possible = std::move(found);
+      else if (!found.obstructed)
+        return refuse(best, found, most);
+      else
+        nearest = std::move(found);
+    }
     const auto attempt = [&](const Shot& solution, int knots, int number) {
       // The search for the best way is long: without all the splines that there may be only where some way is near.
       WayEnd end;
-      if (keeps && knots < most) end = look_for_way(solution, knots, number);
-      if (end.violation <= kTolerated) {
+      if (keeps && (knots < most || !possible)) end = look_for_way(solution, knots, number);
+      if (end.violation <= kTolerated || (end.obstructed && is_small(knots) && !has_worked_enough())) {
         end = keep_way(base_, problem_, solution, knots, number);
         result_.rhs_evaluations += end.rhs_evaluations;
       }
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
       if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
-    std::optional<WayEnd> possible;  // a motion that keeps what is asked, whatever its objective
-    if (keeps) {
-      WayEnd found = find_possible(from, most, kRandom);
-      if (!(found.violation <= kTolerated)) return refuse(best, found, most);
-      possible = std::move(found);
-    }
     // What one polynomial can do is where a spline that is asked for may begin too.
     if (problem_.way.knots.value_or(0) > 0) {
       attempt(best, 0, 0);
@@ -271,7 +275,7 @@ class Search {
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
       if (kept) break;
     }
-    if (!kept) keep_first(best, most, attempt);
+    if (!kept && (possible || !keeps || (is_small(most) && !has_worked_enough()))) keep_first(best, most, attempt);
     if (!kept && possible) {
       attempt(*possible->shot, most, 0);
       if (!kept) attempt(*possible->shot, most, kAsItIs);
@@ -281,6 +285,20 @@ class Search {
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
     result_.way = kept->figures;
     result_.objective = kept->objective, result_.terms = kept->terms;
+  }
+
+  // Steps that make what is violated less do not find the way round an obstacle where an optimizer that takes other
+  // ones may: that is tried too, for about a second, unless one try would take longer: it grows with the cube of the
+  // unknowns.
+  bool is_small(int knots) const {
+    constexpr int kMostUnknowns = 105;
+    return base_.joints() * (1 + knots) <= kMostUnknowns;
+  }
+
+  bool has_worked_enough() const {
+    constexpr double kMost = 4e6;           // evaluations times joints
+    if (problem_.starts == 1) return true;  // a quick look
+    return static_cast<double>(result_.rhs_evaluations) * base_.joints() > kMost;
   }
 
   WayEnd look_for_way(const Shot& solution, int knots, int number) {
@@ -313,6 +331,11 @@ class Search {
         "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
         "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
         knots, known ? nearest->trouble : "the motion is not resolved");
+    // take() knows nothing of splines.
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    if (!known || nearest->shot->coefficients.empty()) return;
+    result_.objective = kUnknown;
+    std::fill(result_.terms.begin(), result_.terms.end(), kUnknown);
   }
 
   // Where the objective leads away from every way that keeps what is asked: one that does without it, and the objective

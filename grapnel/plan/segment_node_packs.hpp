@@ -28,7 +28,7 @@ class PackedNodes : public SegmentNodes {
   void reserve(int nodes) override {
     if (nodes <= reserved_) return;
     delete[] numbers_;
-    numbers_ = nullptr;
+    numbers_ = nullptr, numbers = nullptr, reserved_ = 0;  // if there is no memory
     numbers_ = new S[static_cast<unsigned long>(nodes / kLanes) * static_cast<unsigned long>(tables_.layout.size)];
     reserved_ = nodes;
     numbers = reinterpret_cast<const double*>(numbers_);

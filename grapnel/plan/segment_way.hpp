@@ -28,6 +28,8 @@ class SegmentWay {
   // Evaluates for [theta_f, c]; `like` knows the rates to expect.
   const Shot& shoot(std::span<const double> y, const Shot& like, SegmentAccuracy accuracy);
   const Shot& shot() const { return shot_; }
+  /// Nodes of the latest shot. Those of Instants are the same times only where there are as many.
+  int nodes() { return segment().way_points(); }
 
   // --- What is kept, as WayLook has it
 

@@ -70,7 +70,7 @@ class Exchange {
         !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
     double before = kInfinite;
     int stuck = 0;
-    for (int round = 0; round < most; ++round) {
+    for (int round = 0; round < most && way_.shot().valid; ++round) {
       const std::size_t known = instants_.size();
       const double worst = add_instants();
       // From the same place with the same instants it would end there again.
@@ -93,6 +93,7 @@ class Exchange {
       least_ = figures.clearance.distance;
       wanted = least_ + kBand;
     }
+    if (way_.nodes() != nodes_) instants_.clear(), nodes_ = way_.nodes();
     // Hands that have come near their grasp points meanwhile are free there.
     std::erase_if(instants_, [&](const Instant& i) { return way_.may_touch(i); });
     const double band = kBand + margin_;
@@ -311,6 +312,7 @@ class Exchange {
   double margin_ = 0, least_ = kInfinite;
   bool moved_far_ = true, settled_ = false;
   std::vector<Instant> instants_;
+  int nodes_ = 0;  // that they are counted by
   std::vector<int> final_rates_;
   Eigen::MatrixXd rows_;
   Shot last_valid_;

@@ -93,6 +93,7 @@ struct WayEnd {
   bool kept = false;
   std::string trouble;  // if not: what is violated most, by how much and when
   double violation = 0;
+  bool obstructed = false;  // by nearest_way(): bodies too near to each other are of what is violated most
   int knots = 0;
   std::vector<double> position, rate, coefficients;
   double objective = 0;

@@ -51,7 +51,8 @@ class Restoration {
       else
         ++stuck;
       if (then > std::max(1.1 * now, now + kSwing)) {
-        way_.shoot(y, here, SegmentAccuracy::search);
+        if (!way_.shoot(y, here, SegmentAccuracy::search).valid) break;
+        look(end);
         radius = 0.3 * step.farthest;
         continue;
       }
@@ -68,6 +69,7 @@ class Restoration {
 
   // What the latest shot violates most; `best` becomes it where it is better. Instants are kept from now on.
   double look(WayEnd& best) {
+    if (way_.nodes() != nodes_) instants_.clear(), nodes_ = way_.nodes();
     std::erase_if(instants_, [&](const WayLook::Instant& i) { return way_.may_touch(i); });
     WayEnd end;
     end.violation = -kInfinite;
@@ -82,6 +84,7 @@ class Restoration {
     constexpr double kAsMuch = 0.5;
     for (const auto& [kept, f] : worst) {
       if (f.value <= std::max(kTolerated, kAsMuch * end.violation)) continue;
+      end.obstructed = end.obstructed || kept == WayLook::Kept::clearance;
       end.trouble += (end.trouble.empty() ? "" : " and ") + way_.describe(f);
     }
     const Shot& shot = way_.shot();
@@ -171,7 +174,12 @@ class Restoration {
     A.conservativeResize(count, size);
     leave_out_held(A);
     const Eigen::VectorXd rest = as_vector(b) - A * d0;
-    const Eigen::MatrixXd AP = A - (A * Q) * Q.transpose();
+    Eigen::MatrixXd AP = A - (A * Q) * Q.transpose();
+    // What the goals leave no freedom for is rounding.
+    constexpr double kRounding = 1e-12;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      if (AP.row(i).norm() < kRounding * A.row(i).norm()) AP.row(i).setZero();
+    }
     NearestBelow nearest(AP, rest, Eigen::VectorXd::Zero(size));
     const auto with = [&](double giving) {
       Step step;
@@ -202,6 +210,7 @@ class Restoration {
   int n_;
   std::vector<int> limited_;  // joints with limits of their final rates
   std::vector<WayLook::Instant> instants_;
+  int nodes_ = 0;            // that they are counted by
   double violated_ = 0;      // in the latest shot, but for the goals' errors
   double giving_ = kGiving;  // of the latest step
 };

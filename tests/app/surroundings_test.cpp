@@ -27,9 +27,7 @@ using testing::Not;
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
 // The search with wide swings at its ends: a long segment.
-const std::string kEndless =
-    " --set approach.plan.max_evaluations=1000000000000 --set approach.plan.starts=1000 --set "
-    "approach.duration=200000 ";
+const std::string kEndless = " --set approach.window.step=0.02 ";  // 6000 plans
 
 class Surroundings : public test::ProgramRun {
  protected:
@@ -117,7 +115,7 @@ TEST_F(Surroundings, PlanningEndsAtItsLimitAndSaysWhatWouldHelp) {
 }
 
 TEST_F(Surroundings, ARunThatPlansForEverHearsTheSignalAndKeepsWhatIsThere) {
-  const pid_t child = start("run " + scenario("first-plan.yaml") + kEndless + "-o r");
+  const pid_t child = start("run " + scenario("tumbling-window.yaml") + kEndless + "-o r");
   await("r");
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
   EXPECT_EQ(stop(child), 130);

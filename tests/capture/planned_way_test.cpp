@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "capture/recorded.hpp"
+#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
@@ -101,6 +102,31 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   EXPECT_EQ(none.status, CaptureStatus::failed);
   EXPECT_THAT(none.failure, HasSubstr("'arm-1-link-3' and 'debris' come within 0."));
   EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
+}
+
+// A box on the debris that the arm has to go round, from the sides on which the arm comes: found without a spline, from
+// another solution, and with random splines, though small steps from the first solution end in the box.
+TEST(PlannedClearance, FindsTheWayRoundABox) {
+  struct Box {
+    Vector3d size, p_TB;
+  };
+  for (const Box& box : {Box{{0.1522, 0.1522, 0.2369}, {-1.33052, 1.83352, -0.10570}},
+                         Box{{0.1464, 0.1464, 0.2476}, {-1.38826, 1.48738, -0.12441}},
+                         Box{{0.3195, 0.3195, 0.1860}, {-1.21435, 1.91642, 0.10276}}}) {
+    SCOPED_TRACE(box.size[0]);
+    CaptureProblem p = first_plan();
+    plan_of(p).clearance = 0.01, plan_of(p).near_grasp = 0.4;
+    Geometry shape{Geometry::Shape::box, box.size};
+    const Vector3d z = {0.8, -0.6, 0}, x = {0, 0, 1}, y = cross(z, x);
+    const TargetMotion at = plan_targets(p).capture[0];
+    shape.X_BG = inverse(at.X_WT) *
+                 Posed{Rotationd{{{x[0], y[0], z[0]}, {x[1], y[1], z[1]}, {x[2], y[2], z[2]}}}, at.X_WT * box.p_TB};
+    p.targets[0].geometry.push_back(shape);
+    const CaptureResult r = flown(p);
+    ASSERT_TRUE(r.plan->way && r.plan->way->clearance);
+    EXPECT_GE(*r.plan->way->clearance, 0.01 - 1e-6);
+    EXPECT_GE(minimum_of(r), 0.01 - 1e-5);
+  }
 }
 
 // Bodies are as far from each other at the start as they are, so that no plan has more; the best one has as much.

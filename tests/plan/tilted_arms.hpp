@@ -21,8 +21,8 @@ struct TiltedArms {
 /// Drawn from `seed`: a base of some 400 kg, per arm seven joints whose axes are turned against each other by up to
 /// 1.2 rad, links of 0.1 to 0.5 m and 2 to 12 kg, joints within 2.8 rad; after `duration` the tips are to be at poses
 /// that move, in which a flight from the start with joint motions of up to 1.2 rad has brought them. Four initial
-/// guesses, the first where the joints start; the least excursion.
-inline TiltedArms tilted_arms(unsigned seed, double duration = 30) {
+/// guesses, the first where the joints start; the least excursion. `base_share`: of the base's mass, for lighter ones.
+inline TiltedArms tilted_arms(unsigned seed, double duration = 30, double base_share = 1) {
   std::mt19937 generator(seed);
   // Not the library's distributions, whose numbers differ from one standard library to the next.
   const auto uniform = [&](double low, double high) {
@@ -42,6 +42,9 @@ inline TiltedArms tilted_arms(unsigned seed, double duration = 30) {
   base.mass = uniform(300, 500);
   base.com = vector(0.05);
   base.inertia = {uniform(80, 120), uniform(80, 120), uniform(80, 120), uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)};
+  base.mass *= base_share, base.com = base_share * base.com;
+  Symmetric3d& I = base.inertia;
+  for (double* x : {&I.xx, &I.yy, &I.zz, &I.xy, &I.xz, &I.yz}) *x *= base_share;
   builder.add(base);
   for (int arm = 1; arm <= 2; ++arm) {
     std::string parent = "base";

@@ -146,5 +146,29 @@ TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
   EXPECT_LT(stiller.shot->largest_error(), 1e-3);
 }
 
+// A light base turns so far that flights need other numbers of nodes from one step to the next.
+TEST(WayRestoration, FollowsFlightsWithOtherNodes) {
+  SKIP_UNDER_SANITIZERS();
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    TiltedArms arms = tilted_arms(seed, 30, 0.1);
+    FloatingBase base(arms.model, true);
+    const ReachSolution solution = plan_reach(base, arms.problem);
+    if (!solution.found) continue;
+    Shooting shooting(base, arms.problem);
+    const Shot shot = shooting.shoot(solution.position, solution.rate);
+    ReachProblem p = arms.problem;
+    p.way.limits = true;
+    p.way.base_turn = 0.2, p.way.R_WB0 = p.start.X_WB.R;
+    p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.1);
+    for (int attempt = 0; attempt <= 3; ++attempt) {
+      const WayEnd restored = nearest_way(base, p, shot, 4, attempt, kTolerated);
+      EXPECT_TRUE(std::isfinite(restored.violation) || !restored.shot);
+      const WayEnd kept = keep_way(base, p, shot, 4, attempt);
+      EXPECT_TRUE(!kept.kept || kept.violation <= kTolerated);
+    }
+  }
+}
+
 }  // namespace way_restoration_test
 }  // namespace grapnel::testing
