@@ -151,8 +151,8 @@ The documentation, in Markdown.
 .SH ENVIRONMENT
 .TP
 \fBGRAPNEL_LANES\fR
-Instruction set of the lanes in which campaigns integrate: \fBavx512\fR, \fBavx2\fR, \fBsse2\fR or \fBone_lane\fR. Default: the
-widest that the processor has.
+Instruction set of the lanes in which campaigns, impacts and plans are computed: \fBavx512\fR, \fBavx2\fR, \fBsse2\fR,
+\fBone_lane\fR or \fBoff\fR (none). Default: the widest that the processor has.
 )";
 
 // Characters that Markdown would take for its own.

@@ -294,11 +294,15 @@ void Follower::go_on() {
 
 void Follower::begin_step() {
   done_ = true;
+  if (!motion_.now().y.allFinite()) {
+    result_.failure = "the impulses are not finite";
+    return;
+  }
   // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
   if (!motion_.any_touching() ||
       motion_.rebounds_negligible(kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed)))
     return;
-  if (result_.steps == problem_.most_steps || !motion_.now().y.allFinite()) {
+  if (result_.steps == problem_.most_steps) {
     result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
     return;
   }

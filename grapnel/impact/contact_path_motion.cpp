@@ -25,7 +25,7 @@ struct Scaled {
     const Eigen::VectorXd& w = eigen.eigenvalues();
     Eigen::VectorXd reciprocal = Eigen::VectorXd::Zero(w.size());
     for (Eigen::Index i = 0; i < w.size(); ++i) {
-      if (w[i] >= kRedundant * w.maxCoeff()) reciprocal[i] = 1 / w[i];
+      if (w[i] > 0 && w[i] >= kRedundant * w.maxCoeff()) reciprocal[i] = 1 / w[i];
     }
     const Eigen::MatrixXd V = size.cwiseInverse().asDiagonal() * eigen.eigenvectors();
     return V * reciprocal.asDiagonal() * V.transpose();

@@ -152,6 +152,19 @@ TEST(ContactPathPacks, APathThatFailsLeavesTheOthersAlone) {
 
 // Where a path comes near a change of friction without reaching it, what follows is no better known than that: the
 // bound is that of the worst, not of the tolerance.
+// What held rates and grasps leave no freedom along its tangents rebounds as without friction.
+TEST(ContactPath, WithoutFreedomAlongItsTangents) {
+  ContactPathProblem p;
+  p.W = Eigen::MatrixXd::Zero(3, 3), p.W(0, 0) = 0.5;
+  p.u = Eigen::VectorXd::Zero(3), p.u[0] = -1;
+  p.rounding = 1e-16;
+  p.contacts = {{0.5, 0.4, 1}};
+  const ContactPath path = follow_contacts(p);
+  EXPECT_EQ(path.failure, "");
+  EXPECT_NEAR(path.impulse[0], 1.5 / 0.5, 1e-10);
+  EXPECT_NEAR(path.impulse.tail(2).norm(), 0, 1e-10);
+}
+
 TEST(ContactPathPacks, HaveTheNumbersOfDoubles) {
   Worst worst("packs against doubles, over the impulse"), usual("all but the worst tenth");
   std::vector<double> off;

@@ -115,8 +115,8 @@ TEST(SelfMotions, SayHowFarTheyMayBeOff) {
     }
   }
   EXPECT_GT(cases, 15);
-  EXPECT_LT(below.value(), 4);
-  EXPECT_LT(above.value(), 100);
+  EXPECT_LT(below.value(), 1);
+  EXPECT_LT(above.value(), 50);
 }
 
 }  // namespace self_motions_test
