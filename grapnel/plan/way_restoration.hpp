@@ -9,8 +9,8 @@
 /// a least-distance program (least_distance.hpp) in the null space of J. No unknown moves farther than a radius in a
 /// step: the rows give way, all alike, as much as that takes. It ends where nothing is violated, where what is linear
 /// says that no step makes it less, or where several steps have made it hardly less: what is left then is the least
-/// near there, distances of bodies aside. A step takes one evaluation, where an optimizer with an objective takes hundreds, so that demands that
-/// nothing meets are refused at once.
+/// near there, distances of bodies aside. A step takes one evaluation, where an optimizer with an objective takes
+/// hundreds, so that demands that nothing meets are refused at once.
 
 #include "grapnel/plan/way.hpp"
 

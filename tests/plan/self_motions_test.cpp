@@ -75,7 +75,7 @@ TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
   EXPECT_GT(cases, test::repetitions(12));
 }
 
-// The estimate is about as large as what the integration is off, and both fall with the steps.
+// The estimate is larger than what the integration is off, not by far, and both fall with the steps.
 TEST(SelfMotions, SayHowFarTheyMayBeOff) {
   Worst below("error of an integration over the estimate"), above("the estimate over the error");
   int cases = 0;
