@@ -107,6 +107,7 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
 // A box on the debris that the arm has to go round, from the sides on which the arm comes: found without a spline, from
 // another solution, and with random splines, though small steps from the first solution end in the box.
 TEST(PlannedClearance, FindsTheWayRoundABox) {
+  SKIP_UNDER_SANITIZERS();  // which solutions the search begins with depends on rounding, of clang's too
   struct Box {
     Vector3d size, p_TB;
   };
