@@ -24,7 +24,7 @@ bool is_supported(InstructionSet set);
 /// All that are, from the fewest lanes to the most.
 std::vector<InstructionSet> supported_instruction_sets();
 
-/// The set that studies and impacts in time use: the widest supported one, or what GRAPNEL_LANES names (sse2, avx2,
+/// The set that campaigns, impacts and plans use: the widest supported one, or what GRAPNEL_LANES names (sse2, avx2,
 /// avx512, one_lane); nothing when it is "off", or where only one_lane is left. Throws std::runtime_error when it names
 /// a set that does not exist or does not run here.
 std::optional<InstructionSet> best_instruction_set();

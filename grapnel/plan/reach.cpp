@@ -252,10 +252,15 @@ class Search {
         nearest = std::move(found);
     }
     const auto attempt = [&](const Shot& solution, int knots, int number) {
-      // The search for the best way is long: without all the splines that there may be only where some way is near.
       WayEnd end;
-      if (keeps && (knots < most || !possible)) end = look_for_way(solution, knots, number);
-      if (end.violation <= kTolerated || (end.obstructed && is_small(knots) && !has_worked_enough())) {
+      // The search for the best way is long: with fewer splines than there may be only where some way is near.
+      const bool is_known = !keeps || (possible && knots == most);
+      bool is_worth_it = is_known || is_worth_another_try(knots);
+      if (!is_known && possible) {
+        end = look_for_way(solution, knots, number);
+        is_worth_it = end.violation <= kTolerated || (end.obstructed && is_worth_it);
+      }
+      if (is_worth_it) {
         end = keep_way(base_, problem_, solution, knots, number);
         result_.rhs_evaluations += end.rhs_evaluations;
       }
@@ -275,7 +280,7 @@ class Search {
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
       if (kept) break;
     }
-    if (!kept && (possible || !keeps || (is_small(most) && !has_worked_enough()))) keep_first(best, most, attempt);
+    if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
     if (!kept && possible) {
       attempt(*possible->shot, most, 0);
       if (!kept) attempt(*possible->shot, most, kAsItIs);
@@ -289,16 +294,13 @@ class Search {
 
   // Steps that make what is violated less do not find the way round an obstacle where an optimizer that takes other
   // ones may: that is tried too, for about a second, unless one try would take longer: it grows with the cube of the
-  // unknowns.
-  bool is_small(int knots) const {
+  // unknowns. Not where any solution from one beginning is all that is asked for, as at most times of a window.
+  bool is_worth_another_try(int knots) const {
     constexpr int kMostUnknowns = 105;
-    return base_.joints() * (1 + knots) <= kMostUnknowns;
-  }
-
-  bool has_worked_enough() const {
-    constexpr double kMost = 4e6;           // evaluations times joints
-    if (problem_.starts == 1) return true;  // a quick look
-    return static_cast<double>(result_.rhs_evaluations) * base_.joints() > kMost;
+    constexpr double kMostWork = 4e6;  // evaluations times joints
+    const bool is_quick_look = problem_.objective.is_empty() && problem_.starts == 1;
+    return !is_quick_look && base_.joints() * (1 + knots) <= kMostUnknowns &&
+           static_cast<double>(result_.rhs_evaluations) * base_.joints() <= kMostWork;
   }
 
   WayEnd look_for_way(const Shot& solution, int knots, int number) {

@@ -104,15 +104,13 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
 }
 
-// A box on the debris that the arm has to go round, from the sides on which the arm comes: found without a spline, from
-// another solution, and with random splines, though small steps from the first solution end in the box.
+// A box on the debris that the arm has to go round: found with splines, one of them random, though small steps from the
+// first solution end in the box.
 TEST(PlannedClearance, FindsTheWayRoundABox) {
-  SKIP_UNDER_SANITIZERS();  // which solutions the search begins with depends on rounding, of clang's too
   struct Box {
     Vector3d size, p_TB;
   };
-  for (const Box& box : {Box{{0.1522, 0.1522, 0.2369}, {-1.33052, 1.83352, -0.10570}},
-                         Box{{0.1464, 0.1464, 0.2476}, {-1.38826, 1.48738, -0.12441}},
+  for (const Box& box : {Box{{0.1464, 0.1464, 0.2476}, {-1.38826, 1.48738, -0.12441}},
                          Box{{0.3195, 0.3195, 0.1860}, {-1.21435, 1.91642, 0.10276}}}) {
     SCOPED_TRACE(box.size[0]);
     CaptureProblem p = first_plan();
