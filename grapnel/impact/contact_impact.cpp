@@ -224,7 +224,9 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
     for (auto& c : problem.contacts) c.stiffness = 1;
     problem.u.setZero();
   }
-  const std::vector<ContactPath> paths = follow_contacts(with_other_orders(problem));
+  // Where the first path fails nobody asks for the spread, which alone needs the others.
+  const std::vector<ContactPath> paths =
+      follow_contacts(with_other_orders(problem), lanes::best_instruction_set(), OtherPaths::if_first_ends);
   const ContactPath& path = paths[0];
   if (solution.message.empty()) solution.message = path.failure;
   if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;

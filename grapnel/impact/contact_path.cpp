@@ -21,6 +21,8 @@ constexpr double kEdge = 1e-10;   // a friction force this near the cone's edge 
 constexpr double kAtOnce = 1e-4;  // an event within so short a step from where it was not due is one at its start
 constexpr double kNegligibleRebound = 50;  // of the tolerance: forces and velocities left of a cascade that never ends
 constexpr double kFeed = 1000;             // steps after which twice as much is left of it
+constexpr double kLawMissed = 1e-9;        // by friction at rest, of what drives it; measured 1e-14
+constexpr int kMostCrawls = 2000;          // solutions of it by the slow method: half a second of five contacts
 constexpr double kSlowdown = 0.9;          // largest fraction of its speed that a sliding contact loses in a step
 
 // What ends a step early.
@@ -43,6 +45,12 @@ class Follower {
   /// As far as the first explicit step, or the path's end.
   void begin();
   bool done() const { return done_; }
+  bool failed() const { return !result_.failure.empty(); }
+  /// Unless it is done, it is not followed any more.
+  void give_up() {
+    if (!done_) result_.failure = "not followed to its end: the first path failed";
+    done_ = true;
+  }
   /// Once begun, unless it is done: into a lane of its own; and each step that it wants.
   void enter(const PathLanes& lanes, int lane) { motion_.enter(lanes, lane); }
   void put(const PathLanes& lanes, int lane) { motion_.put(lanes, lane, size_); }
@@ -188,6 +196,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   }
   const RestProblem r = motion_.at_rest(rest);
   const FrictionForces forces = friction_at_rest(r.mobility.A, r.b, r.radius);
+  motion_.count(forces);
   const double none = 1e-9 * (r.b.norm() + r.mobility.A.norm() * r.radius.norm());
   std::vector<int> sticking;
   for (std::size_t k = 0; k < rest.size(); ++k) {
@@ -208,6 +217,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   // Redundant: some distribution of the forces holds; take the one that uses the cones least.
   const RestProblem again = motion_.at_rest(sticking);
   const StickShare share = least_used_cones(again.mobility.A, again.b, again.radius);
+  motion_.count(share);
   for (std::size_t k = 0; k < sticking.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
     PathSpring& c = motion_.contact(sticking[k]);
@@ -299,9 +309,25 @@ void Follower::begin_step() {
     return;
   }
   // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
-  if (!motion_.any_touching() ||
-      motion_.rebounds_negligible(kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed)))
+  const double negligible = kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed);
+  if (!motion_.any_touching() || motion_.rebounds_negligible(negligible)) return;
+  const PathMotion::Wedge wedge = motion_.wedged(negligible);
+  if (wedge == PathMotion::Wedge::at_rest) return;
+  if (wedge == PathMotion::Wedge::ever_harder) {
+    result_.failure = "bodies are wedged at rest, and forces that are to part them grow without end";
     return;
+  }
+  if (motion_.law_missed() > kLawMissed) {
+    result_.failure = fmt::format("friction of contacts at rest misses Coulomb's law by {:.1e} of what drives them",
+                                  motion_.law_missed());
+    return;
+  }
+  if (motion_.crawled() > kMostCrawls) {
+    result_.failure = fmt::format(
+        "friction of redundant contacts took the interior-point method {} times within {} steps of the inner time",
+        motion_.crawled(), result_.steps);
+    return;
+  }
   if (result_.steps == problem_.most_steps) {
     result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
     return;
@@ -433,7 +459,7 @@ ContactPath Follower::finish() {
 }  // namespace
 
 std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> problems,
-                                         std::optional<lanes::InstructionSet> set) {
+                                         std::optional<lanes::InstructionSet> set, OtherPaths others) {
   if (problems.empty()) return {};
   const std::size_t contacts = problems[0].contacts.size();
   std::vector<Follower> paths;
@@ -450,9 +476,13 @@ std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> pro
   std::vector<Follower*> in_lane(static_cast<std::size_t>(lanes.width), nullptr);
   auto next = paths.begin();
   for (;;) {
+    if (others == OtherPaths::if_first_ends && paths[0].failed()) {
+      for (Follower& path : paths) path.give_up();
+    }
     bool any = false;
     for (int l = 0; l < lanes.width; ++l) {
       Follower*& path = in_lane[static_cast<std::size_t>(l)];
+      if (path != nullptr && path->done()) path = nullptr, lanes.size[l] = 0;
       if (path == nullptr) {
         next = std::find_if(next, paths.end(), [](const Follower& p) { return !p.done(); });
         if (next == paths.end()) continue;
@@ -465,12 +495,7 @@ std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> pro
     if (!any) break;
     steps->try_all();
     for (int l = 0; l < lanes.width; ++l) {
-      Follower*& path = in_lane[static_cast<std::size_t>(l)];
-      if (path == nullptr) continue;
-      path->take(lanes, l);
-      if (!path->done()) continue;
-      path = nullptr;
-      lanes.size[l] = 0;
+      if (Follower* const path = in_lane[static_cast<std::size_t>(l)]) path->take(lanes, l);
     }
   }
   std::vector<ContactPath> results;

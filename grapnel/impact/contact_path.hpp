@@ -46,9 +46,12 @@ struct ContactPath {
 
 /// Several paths at once, in as many SIMD lanes as the set has; without a set one after the other, in doubles. A path
 /// depends on its own problem alone: bits are the same in any company and at every width among the sets with fused
-/// products. All have the same number of contacts (std::invalid_argument).
+/// products. All have the same number of contacts (std::invalid_argument). `others`: whether those behind the first are
+/// followed to their ends when that has failed; if not they fail too.
+enum class OtherPaths { always, if_first_ends };
 std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> problems,
-                                         std::optional<lanes::InstructionSet> set = lanes::best_instruction_set());
+                                         std::optional<lanes::InstructionSet> set = lanes::best_instruction_set(),
+                                         OtherPaths others = OtherPaths::always);
 ContactPath follow_contacts(const ContactPathProblem& problem);
 
 }  // namespace grapnel

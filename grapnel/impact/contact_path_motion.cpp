@@ -87,6 +87,49 @@ bool PathMotion::rebounds_negligible(double small) const {
   return true;
 }
 
+PathMotion::Wedge PathMotion::wedged(double small) {
+  std::vector<int> rubbing;
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(count_), growth = force;
+  for (int i = 0; i < count_; ++i) {
+    if (!touches(i)) continue;
+    if (std::abs(normal_velocity(now_, i)) > small) return Wedge::none;
+    force[i] = now_.y[i], growth[i] = force_rate(i, 0);
+    if (growth[i] < 0) return Wedge::none;  // Poisson's spring loses its force at rest too
+    if (friction(i) == 0) continue;
+    if (slip(now_, i).norm() > small) return Wedge::none;
+    rubbing.push_back(i);
+  }
+  if (!balanced(rubbing, force, small)) return Wedge::none;
+  if (growth.isZero()) return Wedge::at_rest;
+  // If friction can balance what they grow by it can balance them at any time, cones being convex.
+  return balanced(rubbing, growth, small * growth.maxCoeff()) ? Wedge::ever_harder : Wedge::none;
+}
+
+// Whether friction of the contacts `rubbing` can balance these normal forces: what is left of them must not bring more
+// speed than `small` within a spring's period.
+bool PathMotion::balanced(const std::vector<int>& rubbing, const Eigen::VectorXd& normal, double small) {
+  const Eigen::Index m = static_cast<Eigen::Index>(rubbing.size());
+  force_.setZero(3 * count_);
+  for (int i = 0; i < count_; ++i) force_[3 * i] = normal[i];
+  Eigen::VectorXd b(2 * m), radius(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const int i = rubbing[static_cast<std::size_t>(k)];
+    b.segment<2>(2 * k) = W_.middleRows<2>(3 * i + 1) * force_;
+    radius[k] = friction(i) * std::max(0.0, normal[i]);
+  }
+  const FrictionForces forces = friction_at_rest(mobility_of(rubbing).A, b, radius);
+  count(forces);
+  for (Eigen::Index k = 0; k < m; ++k)
+    force_.segment<2>(3 * rubbing[static_cast<std::size_t>(k)] + 1) = forces.force.segment<2>(2 * k);
+  for (int i = 0; i < count_; ++i) {
+    if (!touches(i)) continue;
+    const Eigen::Vector3d acceleration = W_.middleRows<3>(3 * i) * force_;
+    const double felt = friction(i) > 0 ? acceleration.norm() : std::abs(acceleration[0]);
+    if (!(felt <= small * std::sqrt(frequency_squared(i)))) return false;
+  }
+  return true;
+}
+
 double PathMotion::frequency_squared(int i) const {
   if (!touches(i)) return 0;
   double k = stiffness(i) * W_(3 * i, 3 * i);

@@ -6,11 +6,13 @@
 /// stiffness over the largest.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <deque>
 #include <vector>
 
 #include "grapnel/impact/contact_path.hpp"
 #include "grapnel/impact/contact_path_steps.hpp"
+#include "grapnel/impact/friction_at_rest.hpp"
 
 namespace grapnel {
 
@@ -74,6 +76,10 @@ class PathMotion {
   /// Whether of all contacts that touch the normal forces, and velocities less what Newton's hypothesis wants, have
   /// become this small: contacts can rebound from each other for ever, by the same factor in every cycle.
   bool rebounds_negligible(double small) const;
+  /// Whether bodies are wedged: contacts that touch move no faster than `small`, and friction lets their forces balance
+  /// each other, so that they never will. Newton's hypothesis can let these grow for ever.
+  enum class Wedge { none, at_rest, ever_harder };
+  Wedge wedged(double small);
   double friction(int i) const { return problem_.contacts[static_cast<std::size_t>(i)].friction; }
 
   double normal_velocity(const PathPoint& at, int i) const { return at.u[3 * i]; }
@@ -92,6 +98,14 @@ class PathMotion {
 
   /// The friction of the contacts `rest`, all others that touch sliding.
   RestProblem at_rest(const std::vector<int>& rest);
+  /// Of what has been asked of friction at rest: the largest FrictionForces::missed; how often it crawled.
+  double law_missed() const { return law_missed_; }
+  int crawled() const { return crawled_; }
+  void count(const FrictionForces& forces) {
+    law_missed_ = std::max(law_missed_, forces.missed);
+    crawled_ += forces.crawled ? 1 : 0;
+  }
+  void count(const StickShare& share) { crawled_ += share.crawled; }
   /// After any change of phase, hold or share.
   void prepare();
 
@@ -113,6 +127,7 @@ class PathMotion {
 
  private:
   const RestMobility& mobility_of(const std::vector<int>& contacts);
+  bool balanced(const std::vector<int>& rubbing, const Eigen::VectorXd& normal, double small);
   void find_rates(PathPoint& at);
   void write_springs();
   void write_undo();
@@ -144,6 +159,9 @@ class PathMotion {
   PathState difference_;
   std::vector<int> rubbing_, sticking_;
   Eigen::MatrixXd rub_;
+  FrictionChoice rub_choice_ = FrictionChoice::any;
+  double law_missed_ = 0;
+  int crawled_ = 0;
   Eigen::VectorXd rub_rate_, rub_radius_;
 };
 

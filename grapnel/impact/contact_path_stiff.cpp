@@ -34,6 +34,8 @@ void PathMotion::prepare_stiff() {
           W_.block<2, 2>(3 * rubbing_[static_cast<std::size_t>(i)] + 1, 3 * rubbing_[static_cast<std::size_t>(j)] + 1);
     }
   }
+  // What is extrapolated must be smooth, shares of redundant contacts too.
+  rub_choice_ = mobility_of(rubbing_).redundant ? FrictionChoice::middle : FrictionChoice::any;
 }
 
 // One substep from now() + `increment`, in place: f_1 = f_0 + h f'(u_0), then friction with u_1 = u_0 + h W F, which is
@@ -54,7 +56,11 @@ void PathMotion::moreau(double h, PathState& increment, Eigen::VectorXd& l) {
     rub_rate_.segment<2>(2 * k).noalias() += h * (W_.middleRows<2>(3 * i + 1) * force_);
     rub_radius_[k] = friction(i) * std::max(0.0, force_[3 * i]);
   }
-  if (m > 0) l = friction_at_rest(h * rub_, rub_rate_, rub_radius_, l).force;
+  if (m > 0) {
+    const FrictionForces forces = friction_at_rest(h * rub_, rub_rate_, rub_radius_, l, rub_choice_);
+    l = forces.force;
+    count(forces);
+  }
   for (Eigen::Index k = 0; k < m; ++k) {
     force_.segment<2>(3 * rubbing_[static_cast<std::size_t>(k)] + 1) = l.segment<2>(2 * k);
   }

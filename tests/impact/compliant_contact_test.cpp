@@ -91,6 +91,31 @@ TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
   EXPECT_LT(o.energy_residual, 1e-8);
 }
 
+// A slip speed that is tiny against the bodies' speeds: what rounding does to derivatives must not decide on the steps.
+TEST(CompliantContacts, TinySlipSpeedsOnSoftSprings) {
+  CentralPair c = central_pair();
+  const Vector3d n = c.contact.n_W;
+  Vector3d t = cross(n, Vector3d{0, 0, 1});
+  t = (1 / norm(t)) * t;
+  const Twistd V = root_twist(c.model, c.state, 0);
+  set_root_twist(c.model, 0, {V.angular, V.linear + 0.1 * t}, c.state);
+  c.contact.friction = 2;
+  c.contact.stiffness = 1e3;
+  double slip[2], impulse[2];
+  for (int i = 0; i < 2; ++i) {
+    c.contact.slip_speed = i == 0 ? 1e-6 : 1e-7;
+    const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
+    ASSERT_EQ(o.status, Status::separated) << o.message;
+    EXPECT_LT(o.energy_residual, 1e-10);  // measured 3.0e-11
+    EXPECT_LT(o.steps, 12000);            // measured 1141 and 6244; by differences of 1e-7 slip speeds 28149
+    slip[i] = dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t);
+    impulse[i] = dot(o.contacts[0].impulse.linear, t);
+  }
+  // They creep by the order of the slip speed.
+  EXPECT_NEAR(slip[0], slip[1], 1e-5);        // measured 1.1e-6
+  EXPECT_NEAR(impulse[0], impulse[1], 1e-5);  // measured 8.1e-7
+}
+
 // Three balls on a line; springs that only push, integrated here by Runge and Kutta's method in tiny steps.
 struct Line {
   std::array<double, 3> m;
