@@ -287,9 +287,11 @@ void LaneColumns<S>::locate_all(const Links& links) {
       });
     };
     for (int s = way.first; s < way.end_a; ++s)
-      at_step(s, [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_parent(joint, link, w, X); });
+      at_step(
+          s, [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_parent(joint, link, w, X); });
     for (int s = way.end_b; s-- > way.end_a;)
-      at_step(s, [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_link(joint, link, w, X); });
+      at_step(s,
+              [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_link(joint, link, w, X); });
   }
 }
 
@@ -374,8 +376,9 @@ __attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<
 // is J^-1 (torque - (I A' + p).angular).
 template <class S>
 template <bool kMoving>
-__attribute__((noinline)) void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force,
-                                         const LinkScratch<S>& w, int rows, S* K, S* z) {
+__attribute__((noinline)) void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link,
+                                                    std::span<const S> force, const LinkScratch<S>& w, int rows, S* K,
+                                                    S* z) {
   const SymmetricFactor3<S> J(w.I.J);
   const std::size_t v = static_cast<std::size_t>(link.v);
   const Vector3<S> torque{force[v], force[v + 1], force[v + 2]};
@@ -564,9 +567,8 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
 #pragma GCC unroll 6
       for (int c = 0; c <= r; ++c) put(way.first_row + r, way.first_row + c, sums[c]);
     };
-    [&]<int... r>(std::integer_sequence<int, r...>) {
-      (weigh_row(std::integral_constant<int, r>{}), ...);
-    }(std::make_integer_sequence<int, kMostRows>{});
+    [&]<int... r>(std::integer_sequence<int, r...>) { (weigh_row(std::integral_constant<int, r>{}), ...); }
+    (std::make_integer_sequence<int, kMostRows>{});
   }
   for (int p = 0; p < pair_count_; ++p) {
     const Pair& pair = pairs_[p];
