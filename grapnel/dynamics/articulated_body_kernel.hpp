@@ -99,10 +99,20 @@ void inward_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWo
   }
 }
 
-// Root: solves I A' = F - p for A' = A - gravity, or takes the prescribed acceleration and returns the wrench it needs.
-template <class S>
-void solve_root(const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch<S>& w, std::span<S> vdot,
-                std::span<S> force) {
+// I A' = F at a free root. Whoever has factored its inertia before brings another.
+struct SolveArticulated {
+  template <class S>
+  GRAPNEL_INLINE SpatialAcceleration<S> operator()(std::size_t, const ArticulatedInertia<S>& I,
+                                                   const Wrench<S>& F) const {
+    return solve_articulated(I, F);
+  }
+};
+
+// Root number n: solves I A' = F - p for A' = A - gravity, or takes the prescribed acceleration and returns the wrench
+// it needs.
+template <class S, class Solve>
+void solve_root(std::size_t n, const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch<S>& w,
+                std::span<S> vdot, std::span<S> force, const Solve& solve) {
   const Vector3<S> g = gravity_in_root(link, in.q, in.gravity);
   if (link.joint == JointType::fixed) {
     w.A = {Vector3<S>::zero(), -g};
@@ -120,23 +130,23 @@ void solve_root(const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch
                        in.force[link.v + 2] - w.p.angular[2]},
                       {in.force[link.v + 3] - w.p.linear[0], in.force[link.v + 4] - w.p.linear[1],
                        in.force[link.v + 5] - w.p.linear[2]}};
-    w.A = solve_articulated(w.I, F);
+    w.A = solve(n, w.I, F);
     for (int k = 0; k < 6; ++k) force[link.v + k] = in.force[link.v + k];
   }
   for (int k = 0; k < 3; ++k) vdot[link.v + k] = w.A.angular[k], vdot[link.v + 3 + k] = w.A.linear[k] + g[k];
 }
 
 // Third sweep, root to tips: accelerations.
-template <class S>
+template <class S, class Solve = SolveArticulated>
 void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
-                           std::span<S> vdot, std::span<S> force) {
+                           std::span<S> vdot, std::span<S> force, const Solve& solve = {}) {
   std::vector<LinkScratch<S>>& scratch = workspace.links;
   const std::size_t count = tree.links.size();
   for (std::size_t n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[n];
     LinkScratch<S>& w = scratch[n];
     if (link.parent < 0) {
-      solve_root(link, in, w, vdot, force);
+      solve_root(n, link, in, w, vdot, force, solve);
       continue;
     }
     const bool rigid = is_prescribed(in, link.v);

@@ -53,6 +53,9 @@ class LaneColumns {
   const S& free_acceleration(int row) const { return sums_[row]; }
   const S& free_acceleration_squares(int row) const { return square_sums_[row]; }
 
+  /// I A = F at a free root: by its factor, if carry_all() has made one.
+  SpatialAcceleration<S> solve_root(std::size_t link, const ArticulatedInertia<S>& I, const Wrench<S>& F) const;
+
   /// Makes wrenches or impulses `rows` act in the third sweep.
   void impose(const S* rows, std::span<const std::uint8_t> prescribed, Links& links) const;
   /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
@@ -112,18 +115,21 @@ class LaneColumns {
   template <class F>
   void for_shared_slots(F&& found) const;
 
-  Pose<S> pose_along(int first, int end, const Links& links) const;
+  template <class Joint>
+  static void see_from_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, Pose<S>& X);
+  template <class Joint>
+  static void see_from_link(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, Pose<S>& X);
   template <bool kMoving>
   void carry(int k, const DynamicsInput<S>& in, const Links& links);
   void begin_bundle(int k, const Pose<S>& X_LC, bool opposite);
   template <bool kMoving>
   void climb(int first, int end, int rows, const DynamicsInput<S>& in, const Links& links);
-  template <bool kMoving, recursion::OneAxis Joint>
+  template <bool kMoving, bool kBare, recursion::OneAxis Joint>
   void pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid, int rows, S* K, S* z);
   template <bool kMoving>
   void pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force, const LinkScratch<S>& w,
             int rows, S* K, S* z);
-  void go_on(const TreeLink<S>& link, const LinkScratch<S>& w, int rows);
+  void go_on(const TreeLink<S>& link, const LinkScratch<S>& w, Vector3<S> moment, Vector3<S> force, S* F);
   void factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w, const DynamicsInput<S>& in);
   template <bool kMoving>
   void arrive(int k);
@@ -235,29 +241,57 @@ void LaneColumns<S>::lay_out_pairs() {
 
 // --- W and the relative acceleration: unit wrenches carried to the root, (8.7). --------------------------------------
 
-// The pose of the end of a way's part in the frame where it begins.
+// A pose in a link's frame, seen from its parent's, and back.
 template <class S>
-Pose<S> LaneColumns<S>::pose_along(int first, int end, const Links& links) const {
-  using namespace recursion;
-  Pose<S> X = Pose<S>::identity();
-  for (int s = end; s-- > first;) {
-    const TreeLink<S>& link = link_of(steps_[s].link);
-    const LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
-    X.p += X.R * w.p_PL;
-    if (link.rotated) X.R = X.R * link.X_PF.R;
-    visit_joint(link, [&](auto joint) {
-      if constexpr (!kIsRoot<decltype(joint)>) X.R = joint_rotation(joint, w, X.R);
-    });
+template <class Joint>
+__attribute__((noinline)) void LaneColumns<S>::see_from_parent(Joint joint, const TreeLink<S>& link,
+                                                               const LinkScratch<S>& w, Pose<S>& X) {
+  GRAPNEL_UNROLL
+  for (int c = 0; c < 3; ++c) {
+    const Vector3<S> x = recursion::to_parent(joint, link, w, X.R.column(c));
+    X.R.m[0][c] = x[0], X.R.m[1][c] = x[1], X.R.m[2][c] = x[2];
   }
-  return X;
+  X.p = recursion::to_parent(joint, link, w, X.p) + w.p_PL;
+}
+template <class S>
+template <class Joint>
+__attribute__((noinline)) void LaneColumns<S>::see_from_link(Joint joint, const TreeLink<S>& link,
+                                                             const LinkScratch<S>& w, Pose<S>& X) {
+  GRAPNEL_UNROLL
+  for (int c = 0; c < 3; ++c) {
+    const Vector3<S> x = recursion::to_link(joint, link, w, X.R.column(c));
+    X.R.m[0][c] = x[0], X.R.m[1][c] = x[1], X.R.m[2][c] = x[2];
+  }
+  X.p = recursion::to_link(joint, link, w, X.p - w.p_PL);
 }
 
+// C goes up from link a to where the ways meet, and down to link b.
 template <class S>
 void LaneColumns<S>::locate_all(const Links& links) {
+  using namespace recursion;
   for (int k = 0; k < tables_.loop_count; ++k) {
     const Way& way = ways_[k];
-    const Pose<S> X_LC = pose_along(way.first, way.end_a, links) * closures_[k].X_aC;
-    place_[k] = inverse(pose_along(way.end_a, way.end_b, links)) * X_LC;
+    // Number by number: copied as a whole a pose goes through memcpy, and who reads it waits.
+    Pose<S>& X = place_[k];
+    const Pose<S>& X_aC = closures_[k].X_aC;
+    GRAPNEL_UNROLL
+    for (int r = 0; r < 3; ++r) {
+      X.p[r] = X_aC.p[r];
+      GRAPNEL_UNROLL
+      for (int c = 0; c < 3; ++c) X.R.m[r][c] = X_aC.R.m[r][c];
+    }
+    const auto at_step = [&](int s, auto&& see) {
+      const TreeLink<S>& link = link_of(steps_[s].link);
+      visit_joint(link, [&](auto joint) {
+        if constexpr (!kIsRoot<decltype(joint)>) see(joint, link, links[static_cast<std::size_t>(steps_[s].link)]);
+      });
+    };
+    for (int s = way.first; s < way.end_a; ++s)
+      at_step(
+          s, [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_parent(joint, link, w, X); });
+    for (int s = way.end_b; s-- > way.end_a;)
+      at_step(s,
+              [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_link(joint, link, w, X); });
   }
 }
 
@@ -274,6 +308,7 @@ void LaneColumns<S>::begin_bundle(int k, const Pose<S>& X_LC, bool opposite) {
       force = X_LC.R.column(r - table.turn_rows);
       moment = cross(X_LC.p, force);
     }
+    GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) {
       bundle_[r][c] = opposite ? S(-moment[c]) : moment[c];
       bundle_[r][3 + c] = opposite ? S(-force[c]) : force[c];
@@ -281,24 +316,23 @@ void LaneColumns<S>::begin_bundle(int k, const Pose<S>& X_LC, bool opposite) {
   }
 }
 
-// From a link's frame at its joint to its parent's.
+// A row's wrench, from a link's frame at its joint to its parent's.
 template <class S>
-GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScratch<S>& w, int rows) {
-  const Vector3<S>& p = w.p_PL;
-  for (int r = 0; r < rows; ++r) {
-    S* F = bundle_[r];
-    Vector3<S> moment{F[0], F[1], F[2]}, force{F[3], F[4], F[5]};
-    if (link.rotated) moment = link.X_PF.R * moment, force = link.X_PF.R * force;
-    moment += cross(p, force);
-    for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
-  }
+GRAPNEL_INLINE void LaneColumns<S>::go_on(const TreeLink<S>& link, const LinkScratch<S>& w, Vector3<S> moment,
+                                          Vector3<S> force, S* F) {
+  if (link.rotated) moment = link.X_PF.R * moment, force = link.X_PF.R * force;
+  moment += cross(w.p_PL, force);
+  GRAPNEL_UNROLL
+  for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
 }
 
-// Through a joint with one degree of freedom: F - G K goes on.
+// Through a joint with one degree of freedom: F - G K goes on. kBare: it turns, yields and has no rotor, so that no
+// moment about its axis is left, nor has its bias acceleration anything along it. A function of its own for each kind
+// of joint, as the second sweep's step: all of them in one spill more registers.
 template <class S>
-template <bool kMoving, recursion::OneAxis Joint>
-GRAPNEL_INLINE void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, bool rigid,
-                                         int rows, S* K, S* z) {
+template <bool kMoving, bool kBare, recursion::OneAxis Joint>
+__attribute__((noinline)) void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
+                                                    bool rigid, int rows, S* K, S* z) {
   constexpr int axis = Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis;
   const S inverse = rigid ? S(0.0) : S(S(1.0) / recursion::joint_inertia(joint, link, w));
   for (int r = 0; r < rows; ++r) {
@@ -307,28 +341,44 @@ GRAPNEL_INLINE void LaneColumns<S>::pass(Joint joint, const TreeLink<S>& link, c
     K[r] = k;
     z[r] = inverse * k;
     Vector3<S> moment{F[0], F[1], F[2]}, force{F[3], F[4], F[5]};
-    S free(0.0);
-    if (!rigid) {
-      if constexpr (kMoving) free = w.g * k;
-      for (int c = 0; c < 3; ++c) moment[c] -= w.G.angular[c] * k, force[c] -= w.G.linear[c] * k;
+    if constexpr (kBare) {
+      constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
+      moment[i] -= w.G.angular[i] * k, moment[j] -= w.G.angular[j] * k;
+      moment[Joint::kAxis] = S(0.0);
+      GRAPNEL_UNROLL
+      for (int c = 0; c < 3; ++c) force[c] -= w.G.linear[c] * k;
+      if constexpr (kMoving) {
+        S free = w.g * k;
+        free += w.bias.angular[i] * moment[i], free += w.bias.angular[j] * moment[j];
+        free += w.bias.linear[i] * force[i], free += w.bias.linear[j] * force[j];
+        acceleration_[r] += free;
+        squares_[r] += free * free;
+      }
+    } else {
+      S free(0.0);
+      if (!rigid) {
+        if constexpr (kMoving) free = w.g * k;
+        GRAPNEL_UNROLL
+        for (int c = 0; c < 3; ++c) moment[c] -= w.G.angular[c] * k, force[c] -= w.G.linear[c] * k;
+      }
+      if constexpr (kMoving) {
+        GRAPNEL_UNROLL
+        for (int c = 0; c < 3; ++c) free += w.bias.angular[c] * moment[c], free += w.bias.linear[c] * force[c];
+        acceleration_[r] += free;
+        squares_[r] += free * free;
+      }
     }
-    if constexpr (kMoving) {
-      for (int c = 0; c < 3; ++c) free += w.bias.angular[c] * moment[c], free += w.bias.linear[c] * force[c];
-      acceleration_[r] += free;
-      squares_[r] += free * free;
-    }
-    moment = recursion::joint_forth(joint, w, moment), force = recursion::joint_forth(joint, w, force);
-    for (int c = 0; c < 3; ++c) F[c] = moment[c], F[3 + c] = force[c];
+    go_on(link, w, recursion::joint_forth(joint, w, moment), recursion::joint_forth(joint, w, force), F);
   }
-  go_on(link, w, rows);
 }
 
 // Through a spherical joint, which takes all moment: H^T J^-1 K is taken from the force. The joint's own acceleration
 // is J^-1 (torque - (I A' + p).angular).
 template <class S>
 template <bool kMoving>
-GRAPNEL_INLINE void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link, std::span<const S> force,
-                                         const LinkScratch<S>& w, int rows, S* K, S* z) {
+__attribute__((noinline)) void LaneColumns<S>::pass(recursion::Spherical joint, const TreeLink<S>& link,
+                                                    std::span<const S> force, const LinkScratch<S>& w, int rows, S* K,
+                                                    S* z) {
   const SymmetricFactor3<S> J(w.I.J);
   const std::size_t v = static_cast<std::size_t>(link.v);
   const Vector3<S> torque{force[v], force[v + 1], force[v + 2]};
@@ -336,18 +386,18 @@ GRAPNEL_INLINE void LaneColumns<S>::pass(recursion::Spherical joint, const TreeL
   for (int r = 0; r < rows; ++r) {
     S* F = bundle_[r];
     const Vector3<S> x = J.solve({F[0], F[1], F[2]});
+    GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) K[c * kMostRows + r] = F[c], z[c * kMostRows + r] = x[c];
     Vector3<S> f{F[3], F[4], F[5]};
+    GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) f[c] -= w.I.H[0][c] * x[0] + w.I.H[1][c] * x[1] + w.I.H[2][c] * x[2];
     if constexpr (kMoving) {
       const S free = dot(own, x) + dot(w.bias.linear, f);
       acceleration_[r] += free;
       squares_[r] += free * free;
     }
-    f = recursion::joint_forth(joint, w, f);
-    for (int c = 0; c < 3; ++c) F[c] = S(0.0), F[3 + c] = f[c];
+    go_on(link, w, Vector3<S>::zero(), recursion::joint_forth(joint, w, f), F);
   }
-  go_on(link, w, rows);
 }
 
 template <class S>
@@ -363,7 +413,10 @@ void LaneColumns<S>::climb(int first, int end, int rows, const DynamicsInput<S>&
       if constexpr (std::is_same_v<decltype(joint), Spherical>) {
         pass<kMoving>(joint, link, in.force, w, rows, K, z);  // which nothing prescribes
       } else if constexpr (!kIsRoot<decltype(joint)>) {
-        pass<kMoving>(joint, link, w, rigid, rows, K, z);
+        if constexpr (decltype(joint)::kTurns) {
+          if (!rigid && !link.has_armature) return pass<kMoving, true>(joint, link, w, false, rows, K, z);
+        }
+        pass<kMoving, false>(joint, link, w, rigid, rows, K, z);
       }
     });
   }
@@ -373,7 +426,9 @@ template <class S>
 void LaneColumns<S>::factor_root(RootFactor& root, const TreeLink<S>& link, const LinkScratch<S>& w,
                                  const DynamicsInput<S>& in) {
   S A[6][6];  // below the diagonal: what is left of I
+  GRAPNEL_UNROLL
   for (int r = 0; r < 3; ++r) {
+    GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) A[r][c] = w.I.J(r, c), A[3 + r][3 + c] = w.I.M(r, c), A[3 + c][r] = w.I.H[r][c];
   }
   const std::size_t v = static_cast<std::size_t>(link.v);
@@ -381,14 +436,40 @@ void LaneColumns<S>::factor_root(RootFactor& root, const TreeLink<S>& link, cons
     root.y[k] = in.force[v + k] - w.p.angular[static_cast<int>(k)];
     root.y[3 + k] = in.force[v + 3 + k] - w.p.linear[static_cast<int>(k)];
   }
+#pragma GCC unroll 6
   for (int j = 0; j < 6; ++j) {
     root.inverse[j] = S(1.0) / A[j][j];
+#pragma GCC unroll 6
     for (int i = j + 1; i < 6; ++i) root.L[i][j] = A[i][j] * root.inverse[j];
+#pragma GCC unroll 6
     for (int i = j + 1; i < 6; ++i) {
+#pragma GCC unroll 6
       for (int k = j + 1; k <= i; ++k) A[i][k] -= root.L[i][j] * A[k][j];
       root.y[i] -= root.L[i][j] * root.y[j];
     }
   }
+}
+
+template <class S>
+SpatialAcceleration<S> LaneColumns<S>::solve_root(std::size_t link, const ArticulatedInertia<S>& I,
+                                                  const Wrench<S>& F) const {
+  int k = 0;
+  while (k < tables_.loop_count && static_cast<std::size_t>(steps_[ways_[k].root].link) != link) ++k;
+  if (k == tables_.loop_count) return solve_articulated(I, F);
+  const RootFactor& root = root_factor_[k];
+  S x[6] = {F.angular[0], F.angular[1], F.angular[2], F.linear[0], F.linear[1], F.linear[2]};
+#pragma GCC unroll 6
+  for (int i = 1; i < 6; ++i) {
+#pragma GCC unroll 6
+    for (int j = 0; j < i; ++j) x[i] -= root.L[i][j] * x[j];
+  }
+#pragma GCC unroll 6
+  for (int i = 5; i >= 0; --i) {
+    x[i] = x[i] * root.inverse[i];
+#pragma GCC unroll 6
+    for (int j = i + 1; j < 6; ++j) x[i] -= root.L[j][i] * x[j];
+  }
+  return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
 
 // At the free root: F moves it, I A = F.
@@ -403,9 +484,11 @@ void LaneColumns<S>::arrive(int k) {
     const S* F = bundle_[r];
     S x[6];  // L^-1 F
     S free(0.0);
+#pragma GCC unroll 6
     for (int i = 0; i < 6; ++i) {
       wrench[i * kMostRows + r] = F[i];
       x[i] = F[i];
+#pragma GCC unroll 6
       for (int j = 0; j < i; ++j) x[i] -= root.L[i][j] * x[j];
       const S z = root.inverse[i] * x[i];
       rows_at(K_, slot + i)[r] = x[i];
@@ -423,6 +506,11 @@ template <class S>
 template <bool kMoving>
 void LaneColumns<S>::carry(int k, const DynamicsInput<S>& in, const Links& links) {
   const Way& way = ways_[k];
+  // Before the ways, on which nothing waits for it: a chain of divisions that each wait for the one before.
+  if (way.same_root == k) {
+    const int root = steps_[way.root].link;
+    factor_root(root_factor_[k], link_of(root), links[static_cast<std::size_t>(root)], in);
+  }
   for (int r = 0; r < way.rows; ++r) acceleration_[r] = squares_[r] = S(0.0);
   begin_bundle(k, closures_[k].X_aC, false);
   climb<kMoving>(way.first, way.end_a, way.rows, in, links);
@@ -436,10 +524,6 @@ void LaneColumns<S>::carry(int k, const DynamicsInput<S>& in, const Links& links
     for (int c = 0; c < 6; ++c) bundle_[r][c] += from_a[r][c];
   }
   climb<kMoving>(way.end_b, way.root, way.rows, in, links);
-  if (way.same_root == k) {
-    const int root = steps_[way.root].link;
-    factor_root(root_factor_[k], link_of(root), links[static_cast<std::size_t>(root)], in);
-  }
   arrive<kMoving>(k);
   for (int r = 0; r < way.rows; ++r) {
     sums_[way.first_row + r] = acceleration_[r];
@@ -462,19 +546,29 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
     pivots.at(row, column) = S(scale_[row] * scale_[column]) * sum;
   };
   // Closures on different trees have no block between them.
-  for (int i = 0; i < room_.rows; ++i) {
+  for (int i = 0; i < room_.rows && tables_.loop_count > 1; ++i) {
     for (int j = 0; j < i; ++j) pivots.at(i, j) = S(0.0);
   }
   for (int k = 0; k < tables_.loop_count; ++k) {
     const Way& way = ways_[k];
     const int first = steps_[way.first].slot, end = steps_[way.root].slot + 6;
-    for (int r = 0; r < way.rows; ++r) {
-      for (int c = 0; c <= r; ++c) {
-        S sum(0.0);
-        for (int s = first; s < end; ++s) sum += rows_at(z_, s)[r] * rows_at(K_, s)[c];
-        put(way.first_row + r, way.first_row + c, sum);
+    // A row with all its columns at once: what is loaded serves them all.
+    const auto weigh_row = [&]<int r>(std::integral_constant<int, r>) {
+      if (r >= way.rows) return;
+      S sums[r + 1];
+#pragma GCC unroll 6
+      for (int c = 0; c <= r; ++c) sums[c] = S(0.0);
+      for (int s = first; s < end; ++s) {
+        const S z = rows_at(z_, s)[r];
+        const S* K = rows_at(K_, s);
+#pragma GCC unroll 6
+        for (int c = 0; c <= r; ++c) sums[c] += z * K[c];
       }
-    }
+#pragma GCC unroll 6
+      for (int c = 0; c <= r; ++c) put(way.first_row + r, way.first_row + c, sums[c]);
+    };
+    [&]<int... r>(std::integer_sequence<int, r...>) { (weigh_row(std::integral_constant<int, r>{}), ...); }
+    (std::make_integer_sequence<int, kMostRows>{});
   }
   for (int p = 0; p < pair_count_; ++p) {
     const Pair& pair = pairs_[p];
@@ -514,6 +608,7 @@ void LaneColumns<S>::impose(const S* rows, std::span<const std::uint8_t> prescri
     }
     LinkScratch<S>& root = links[static_cast<std::size_t>(steps_[way.root].link)];
     const S* wrench = root_wrench_.data() + k * 6 * kMostRows;
+    GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) {
       root.p.angular[c] -= weighted(wrench + c * kMostRows);
       root.p.linear[c] -= weighted(wrench + (3 + c) * kMostRows);

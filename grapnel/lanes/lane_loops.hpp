@@ -75,7 +75,10 @@ class LaneLoops {
   S scaled_size(const S* u) const;
 
   void solve(const S* u);
+  void sweep_outward(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
+                     std::span<S> force);
   DynamicsInput<S> at_rest(std::span<const S> q, std::span<const std::uint8_t> prescribed) const;
+  void inertias_at_rest(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace);
   void respond(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace);
   void move_all(std::span<const S> q, std::span<const S> v, Links& links);
   void step_coordinates(S* q) const;
@@ -142,9 +145,11 @@ GRAPNEL_INLINE Twist<S> LaneLoops<S>::at_D(int k, const LinkScratch<S>& b) const
   return transposed_times(columns_.X_bC(k).R, shift(b.V, columns_.X_bC(k).p));
 }
 
-// Rows of the relative acceleration that the forces alone would give, and the size of its terms.
+// Rows of the relative acceleration that the forces alone would give, and, where rows are redundant, the size of its
+// terms.
 template <class S>
 S LaneLoops<S>::acceleration_rows(const Links& links, S* u) {
+  const bool sizes = !pivots_.all_independent();
   S most(0.0);
   for (int k = 0; k < tables_.loop_count; ++k) {
     const Twist<S> V_C = at_C(k, columns_.link_a(k, links)), V_D = at_D(k, columns_.link_b(k, links));
@@ -155,6 +160,7 @@ S LaneLoops<S>::acceleration_rows(const Links& links, S* u) {
     for (int r = 0; r < tables_.loops[k].rows(); ++r) {
       const int row = columns_.first_row(k) + r;
       u[row] = columns_.free_acceleration(row) + turning[r];
+      if (!sizes) continue;
       const S terms = columns_.free_acceleration_squares(row) + turning[r] * turning[r];
       most = max(most, S(S(columns_.scale(row) * columns_.scale(row)) * terms));
     }
@@ -253,6 +259,16 @@ void LaneLoops<S>::solve(const S* u) {
   for (int i = 0; i < columns_.rows(); ++i) rows_[i] = columns_.scale(i) * solution_[i];
 }
 
+// The third sweep, with the roots' factors at hand.
+template <class S>
+void LaneLoops<S>::sweep_outward(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
+                                 std::span<S> force) {
+  articulated_body_steps::outward_accelerations<S>(
+      tree_, in, workspace, vdot, force, [this](std::size_t n, const ArticulatedInertia<S>& I, const Wrench<S>& F) {
+        return columns_.solve_root(n, I, F);
+      });
+}
+
 template <class S>
 void LaneLoops<S>::accelerate(const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
                               std::span<S> force) {
@@ -265,7 +281,9 @@ void LaneLoops<S>::accelerate(const DynamicsInput<S>& in, DynamicsWorkspace<S>& 
   const S size = acceleration_rows(links, u_.data());  // J M^-1 phi + Jdot v
   solve(u_.data());                                    // (8.6)
   columns_.impose(rows_.data(), in.prescribed, links);
-  articulated_accelerations<S>(tree_, in, workspace, vdot, force);
+  sweep_outward(in, workspace, vdot, force);
+  contradicted_ = Mask::from_bits(0);
+  if (pivots_.all_independent()) return;  // nothing is left that could disagree
   S worst(0.0);
   for (int i = 0; i < columns_.rows(); ++i) worst = max(worst, abs(residual_[i]));
   const S allowed = S(kContradiction) * max(S(kSmallest), max(size, acceleration_size(links)));
@@ -282,13 +300,24 @@ DynamicsInput<S> LaneLoops<S>::at_rest(std::span<const S> q, std::span<const std
   return in;
 }
 
+// articulated_inertias() where nothing moves and no force acts, so that all velocities and biases are zero.
+template <class S>
+void LaneLoops<S>::inertias_at_rest(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace) {
+  articulated_body_steps::place_links(tree_, rest.q, workspace.links);
+  for (LinkScratch<S>& w : workspace.links) {
+    w.carries = false;
+    w.p = Wrench<S>::zero(), w.bias = SpatialAcceleration<S>::zero();
+  }
+  articulated_body_steps::inward_inertias(tree_, rest, workspace);
+}
+
 // Change of velocities step_ by impulses rows_, after articulated_inertias() at rest.
 template <class S>
 void LaneLoops<S>::respond(const DynamicsInput<S>& rest, DynamicsWorkspace<S>& workspace) {
   const std::size_t n = static_cast<std::size_t>(tables_.velocities);
   columns_.release(workspace.links);
   columns_.impose(rows_.data(), rest.prescribed, workspace.links);
-  articulated_accelerations<S>(tree_, rest, workspace, std::span<S>(step_.data(), n), std::span<S>(ignored_.data(), n));
+  sweep_outward(rest, workspace, std::span<S>(step_.data(), n), std::span<S>(ignored_.data(), n));
 }
 
 // Twists of links at v, with q also their angles and offsets, and where the closures are. Articulated inertias stay.
@@ -326,6 +355,7 @@ void LaneLoops<S>::step_coordinates(S* q) const {
     S* at = q + link.q;
     if (link.joint == JointType::free) {
       const Vector3<S> p = rotation_matrix(Quaternion<S>{at[3], at[4], at[5], at[6]}) * Vector3<S>{dq[3], dq[4], dq[5]};
+      GRAPNEL_UNROLL
       for (int c = 0; c < 3; ++c) at[c] += p[c];
       at += 3;
     }
@@ -417,7 +447,7 @@ LaneProjection<S> LaneLoops<S>::project(const Mask& lanes, std::span<const std::
                                         double negligible) {
   LaneProjection<S> result;
   const DynamicsInput<S> rest = at_rest(q, prescribed);
-  articulated_inertias<S>(tree_, rest, workspace);
+  inertias_at_rest(rest, workspace);
   move_all({}, v, workspace.links);
   columns_.locate_all(workspace.links);
   result.before = defects(workspace.links);

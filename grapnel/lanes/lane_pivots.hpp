@@ -51,6 +51,8 @@ class LanePivots {
 
   /// Lanes in which a pivot of the last factorization was so near the tolerance that rounding may have decided.
   unsigned doubtful() const { return doubtful_; }
+  /// All rows are independent in all lanes: solutions leave no residual.
+  bool all_independent() const { return independent_ == Mask::kAllBits; }
   /// Independent rows.
   const S& rank() const { return rank_; }
 

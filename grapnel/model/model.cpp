@@ -178,6 +178,8 @@ ModelBuilder::ModelBuilder(const Model& model) {
 }
 
 ModelBuilder& ModelBuilder::add(BodyDescription body) {
+  constexpr std::size_t kUsual = 16;  // bodies; a description has a thousand bytes
+  if (bodies_.empty()) bodies_.reserve(kUsual);
   bodies_.push_back(std::move(body));
   return *this;
 }
@@ -257,13 +259,17 @@ Model ModelBuilder::build() && {
     model.frames_.push_back({std::move(f.name), body, f.X_BE});
   }
   std::vector<BodyDescription> sorted;  // `given` has lost its names from here on
-  sorted.reserve(bodies_.size());
-  for (const std::size_t i : order) {
-    sorted.push_back(std::move(bodies_[i]));
+  if (std::is_sorted(order.begin(), order.end())) {
+    sorted = std::move(bodies_);
+  } else {
+    sorted.reserve(bodies_.size());
+    for (const std::size_t i : order) sorted.push_back(std::move(bodies_[i]));
+  }
+  for (BodyDescription& body : sorted) {
     // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
-    Vector3d& axis = sorted.back().joint.axis;
-    if (has_one_axis(sorted.back().joint.type)) axis *= 1 / norm(axis);
-    if (auto& rotor_axis = sorted.back().joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
+    Vector3d& axis = body.joint.axis;
+    if (has_one_axis(body.joint.type)) axis *= 1 / norm(axis);
+    if (auto& rotor_axis = body.joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
   }
   std::vector<int> q, v;
   int next_q = 0, next_v = 0;
