@@ -393,6 +393,34 @@ double Objective::excursion(std::span<const double> position, std::span<const do
   return sum;
 }
 
+Eigen::MatrixXd Objective::curvature(const Eigen::MatrixXd& K) const {
+  constexpr double kLittle = 1e-6;
+  const Eigen::Index n = K.rows(), knots = K.cols() / std::max<Eigen::Index>(n, 1) - 1;
+  Eigen::MatrixXd B = kLittle * Eigen::MatrixXd::Identity(K.cols(), K.cols());
+  for (const Term& term : terms_) {
+    if (term.kind == Kind::nearest || term.kind == Kind::manipulability) {
+      B.diagonal().head(n).array() += term.weight;
+    } else if (term.kind == Kind::limits) {
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const double range = upper_[static_cast<std::size_t>(j)] - lower_[static_cast<std::size_t>(j)];
+        if (std::isfinite(range) && range > 0) B(j, j) += term.weight / (range * range);
+      }
+    } else if (term.kind == Kind::excursion) {
+      // Of v = S y as excursion() has it, joint by joint.
+      const double T = start_.end - start_.begin;
+      Eigen::MatrixXd S = Eigen::MatrixXd::Zero(3 + knots, K.cols());
+      for (Eigen::Index j = 0; j < n; ++j) {
+        S.setZero();
+        S(0, j) = 1;
+        S.row(1) = T * K.row(j);
+        for (Eigen::Index k = 0; k < knots; ++k) S(3 + k, (1 + k) * n + j) = 1;
+        B += term.weight * S.transpose() * (excursion_ * S);
+      }
+    }
+  }
+  return B;
+}
+
 double Objective::term(const Term& term, FloatingBase& base, std::span<const Goal> goals,
                        std::span<const double> position, std::span<const double> rate, Gradient* gradient,
                        std::span<const double> coefficients) const {

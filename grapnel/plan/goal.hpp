@@ -148,6 +148,9 @@ class Objective {
   /// over goals, of the rows that a goal constrains, dependent rows left out; its gradient by central differences.
   double value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
                std::span<const double> rate, Gradient* gradient, std::span<const double> coefficients = {}) const;
+  /// A symmetric matrix that is positive definite, near to its Hessian for final values and coefficients, K being how
+  /// final rates change with them: as excursion, nearest and limits have it, weights of manipulability, and a little.
+  Eigen::MatrixXd curvature(const Eigen::MatrixXd& K) const;
   /// One term of it, without its weight; the gradient is added to, with the weight.
   double term(const Term& term, FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
               std::span<const double> rate, Gradient* gradient, std::span<const double> coefficients = {}) const;

@@ -20,7 +20,7 @@ const Eigen::VectorXd& NearestBelow::products(Eigen::Index row) {
 
 LeastDistance NearestBelow::with(double giving) {
   constexpr double kMet = 1e-10;
-  LeastDistance result{c_, 0};
+  LeastDistance result{c_, 0, Eigen::VectorXd::Zero(count())};
   if (count() == 0) return result;
   square_ = giving * mean_square_ + 1e-30;
   factored_ = 0;
@@ -34,10 +34,18 @@ LeastDistance NearestBelow::with(double giving) {
     if (!(beyond.maxCoeff(&most) - result.left > kMet)) break;
     add(most);
   }
-  for (std::size_t i = 0; i < active_.size(); ++i)
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    result.multipliers[active_[i]] = l_[static_cast<Eigen::Index>(i)];
     result.x -= l_[static_cast<Eigen::Index>(i)] * rows_of_.col(active_[i]);
+  }
   result.left = square_ * l_.sum();
   return result;
+}
+
+void NearestBelow::begin_with(std::vector<Eigen::Index> rows) {
+  active_ = std::move(rows);
+  l_.setZero(static_cast<Eigen::Index>(active_.size()));
+  factored_ = 0;
 }
 
 // A row more, and without those that are in its way.

@@ -14,6 +14,7 @@ inline constexpr double kGiving = 1e-9;
 struct LeastDistance {
   Eigen::VectorXd x;
   double left = 0;  // by which all rows have to give way for there to be such a point; 0 where they need not
+  Eigen::VectorXd multipliers = {};  // l of (1), per row
 };
 
 /// The x nearest to c with A x <= b + left, left as small as it gets. A program in x and e^-1 left, e small,
@@ -28,6 +29,8 @@ class NearestBelow {
   NearestBelow(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, Eigen::VectorXd c);
 
   LeastDistance with(double giving);
+  /// Begins with these rows, of which most may hold the point.
+  void begin_with(std::vector<Eigen::Index> rows);
 
  private:
   Eigen::Index count() const { return rows_of_.cols(); }

@@ -232,8 +232,8 @@ class Search {
   // What is asked of the way, from the best solution, then from others, and with a spline that was not asked for where
   // nothing else does. Of a few that keep it the one with the least objective is taken.
   void keep(Shot best, std::size_t origin) {
-    constexpr std::size_t kFrom = 3;  // solutions
-    constexpr int kRandom = 3;        // further beginnings with random splines
+    constexpr std::size_t kFrom = 4, kFew = 3;  // solutions, and those where a way is hardly to be found
+    constexpr int kRandom = 3;                  // further beginnings with random splines
     std::vector<Shot> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
       if (i != origin) from.push_back(solutions_[i]);
@@ -251,6 +251,7 @@ class Search {
       else
         nearest = std::move(found);
     }
+    const bool is_possible = !keeps || possible.has_value();
     const auto attempt = [&](const Shot& solution, int knots, int number) {
       WayEnd end;
       // The search for the best way is long: with fewer splines than there may be only where some way is near.
@@ -261,7 +262,8 @@ class Search {
         is_worth_it = end.violation <= kTolerated || (end.obstructed && is_worth_it);
       }
       if (is_worth_it) {
-        end = keep_way(base_, problem_, solution, knots, number);
+        constexpr int kFurtherSteps = 40;  // where a way is known
+        end = keep_way(base_, problem_, solution, knots, number, kept && number >= 0 ? kFurtherSteps : kMostSteps);
         result_.rhs_evaluations += end.rhs_evaluations;
       }
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
@@ -276,31 +278,45 @@ class Search {
     std::vector<int> counts = {problem_.way.knots.value_or(0)};
     if (most > counts.front()) counts.push_back(most);
     for (const int knots : counts) {
-      for (const Shot& solution : from) attempt(solution, knots, 0);
+      for (std::size_t i = 0; i < (is_possible ? from.size() : std::min(kFew, from.size())); ++i)
+        attempt(from[i], knots, 0);
+      if (possible && knots == most) attempt(*possible->shot, knots, 0);
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
-      if (kept) break;
+      if (kept && !costs_much(*kept, best)) break;
     }
+    // A search that was long on its way back to what is kept may have ended early.
+    if (kept && (kept->may_improve || costs_much(*kept, best))) attempt(Shot(*kept->shot), kept->knots, kOnwards);
     if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
     if (!kept && possible) {
       attempt(*possible->shot, most, 0);
       if (!kept) attempt(*possible->shot, most, kAsItIs);
     }
     if (!kept) return refuse(best, nearest, most);
+    // The least distance is less between nodes than at them.
+    if (wants_clearance(problem_)) attempt(Shot(*kept->shot), kept->knots, kAtAllNodes);
     take(*kept->shot);
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
     result_.way = kept->figures;
     result_.objective = kept->objective, result_.terms = kept->terms;
   }
 
-  // Steps that make what is violated less do not find the way round an obstacle where an optimizer that takes other
-  // ones may: that is tried too, for about a second, unless one try would take longer: it grows with the cube of the
-  // unknowns. Not where any solution from one beginning is all that is asked for, as at most times of a window.
+  // Steps that make what is violated less do not find the way round an obstacle where those may that follow an
+  // objective too: that is tried as well, for half a second or so. Not where any solution from one beginning is all
+  // that is asked for, as at most times of a window.
   bool is_worth_another_try(int knots) const {
     constexpr int kMostUnknowns = 105;
     constexpr double kMostWork = 4e6;  // evaluations times joints
     const bool is_quick_look = problem_.objective.is_empty() && problem_.starts == 1;
     return !is_quick_look && base_.joints() * (1 + knots) <= kMostUnknowns &&
            static_cast<double>(result_.rhs_evaluations) * base_.joints() <= kMostWork;
+  }
+
+  // Whether what is kept makes the objective so much more that more freedom is worth looking at.
+  bool costs_much(const WayEnd& kept, const Shot& best) {
+    constexpr double kMuch = 0.25;
+    if (!problem_.objective.depends_on_end_alone()) return false;
+    const double least = problem_.objective.value(base_, problem_.goals, best.position, best.rate, nullptr);
+    return kept.objective - least > kMuch * std::abs(least);
   }
 
   WayEnd look_for_way(const Shot& solution, int knots, int number) {
@@ -319,7 +335,8 @@ class Search {
       WayEnd end = look_for_way(solution, knots, number);
       if (end.violation < best.violation) best = std::move(end);
     };
-    for (std::size_t i = 0; i < from.size() && best.violation > kTolerated; ++i) attempt(from[i], 0);
+    constexpr std::size_t kFew = 3;
+    for (std::size_t i = 0; i < std::min(kFew, from.size()) && best.violation > kTolerated; ++i) attempt(from[i], 0);
     for (int i = 1; i <= random && knots > 0 && best.violation > kTolerated && best.violation < kWorthMore; ++i)
       attempt(from.front(), i);
     return best;

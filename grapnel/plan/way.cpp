@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlopt.hpp>
 #include <random>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/segment_way.hpp"
+#include "grapnel/plan/sequential_quadratic.hpp"
 
 namespace grapnel {
 namespace {
@@ -19,12 +20,20 @@ using Kept = WayLook::Kept;
 using Instant = WayLook::Instant;
 using Found = WayLook::Found;
 
-// The exchange, for one start.
-class Exchange {
+// The exchange, for one start: what is violated at the nodes is the program's, from where an iterate comes near to it.
+class Exchange : private NonlinearProgram {
  public:
-  Exchange(SegmentWay& way, SegmentWay& finer) : way_(way), finer_(finer), setup_(way.problem().way) {
+  Exchange(SegmentWay& way, SegmentWay& finer, int steps)
+      : way_(way), finer_(finer), setup_(way.problem().way), n_(way.joints()), steps_(steps) {
     for (const Objective::Term& t : way.problem().objective.terms()) {
       if (t.kind == Objective::Kind::clearance) clearance_weight_ = t.weight;
+    }
+    const std::vector<double>& limit = way.problem().rate_limit;
+    for (int j = 0; j < static_cast<int>(limit.size()); ++j) {
+      if (std::isfinite(limit[static_cast<std::size_t>(j)])) limited_.push_back(j);
+    }
+    for (int i = 0; i < way.unknowns(); ++i) {
+      if (!is_held(i)) free_.push_back(i);
     }
   }
 
@@ -32,23 +41,32 @@ class Exchange {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
     y.resize(static_cast<std::size_t>(way_.unknowns()));
-    Shot like = solution;
-    like.K.resize(0, 0);
-    like.coefficients.assign(y.begin() + way_.joints(), y.end());
+    last_valid_ = solution;
+    last_valid_.K.resize(0, 0);
+    last_valid_.coefficients.assign(y.begin() + n_, y.end());
     WayEnd end;
-    if (!way_.shoot(y, like, SegmentAccuracy::search).valid) {
+    if (!go_to(y)) {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
       return end;
     }
     if (!improves) return finish(y);
-    settled_ = false;
     constexpr int kFiner = 4;
+    bool may_improve = false;
     for (int i = 0;; ++i) {
-      exchange(y);
+      settled_ = is_best_as_it_is() && violation() <= 2 * kAimed;
+      if (!settled_) {
+        QuadraticSearch search;
+        search.most = steps_;
+        if (wants_clearance()) search.settled = kSettledDistance;
+        may_improve = minimize(*this, free_, search, y, B_) >= steps_;
+        settled_ = violation() <= 2 * kAimed;
+      }
       end = finish(y);
+      end.may_improve = may_improve;
       if (end.kept || i == kFiner || !(end.violation < 1e-2)) break;
       // Between the nodes it is worse by that.
       margin_ += 2 * end.violation;
+      is_scanned_ = false;
     }
     return end;
   }
@@ -57,198 +75,174 @@ class Exchange {
   bool settled() const { return settled_; }
 
  private:
-  static constexpr double kBand = 0.02;  // instants this near to a violation are kept as well
+  // Instants this near to a violation become known, and what is known is looked at that near to one [rad, m or 1].
+  static constexpr double kBand = 0.05, kNear = 0.2;
+  static constexpr double kSettledDistance = 1e-4;  // decrease of an objective with the least distance over a few steps
+  static constexpr double kFar = 5;                 // steps that are longer lead nowhere [rad or m]
+  static constexpr double kMostBent = 20;           // coefficients of splines [rad or m]
+  static constexpr double kOfLimit = 0.9999;        // of final rates: polishing moves a solution a little
 
   bool wants_clearance() const { return clearance_weight_ > 0; }
-
-  // SLSQP at the instants known, then the new ones, until nothing is violated.
-  void exchange(std::vector<double>& y) {
-    // Without anything to keep, the rounds only go on with what the optimizer was not given the time for.
-    const int most = way_.problem().way.keeps_something() || wants_clearance() ? 12 : 3;
-    // Without splines the search has made what depends on the end alone as small as it gets.
-    const bool settled_as_is =
-        !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
-    double before = kInfinite;
-    int stuck = 0;
-    for (int round = 0; round < most && way_.shot().valid; ++round) {
-      const std::size_t known = instants_.size();
-      const double worst = add_instants();
-      // From the same place with the same instants it would end there again.
-      if (round > 0 && !moved_far_ && instants_.size() == known) return;
-      const bool arrived = way_.shot().largest_error() <= 1e-5;
-      settled_ = arrived && worst <= -margin_ + kAimed;
-      if (settled_ && (round == 0 ? settled_as_is : !moved_far_)) return;
-      if (worst > 0.7 * before && ++stuck > 5) return;
-      before = std::min(before, worst);
-      if (!improve(y) && ++stuck > 2) return;
-    }
+  bool is_held(int unknown) const {
+    const auto j = static_cast<std::size_t>(unknown);
+    const ReachProblem& p = way_.problem();
+    return unknown < n_ ? p.lower[j] == p.upper[j] : way_.is_held(unknown % n_);
   }
 
-  // What the latest shot violates most.
-  double add_instants() {
-    double wanted = -kInfinite;
-    if (wants_clearance()) {
-      WayFigures figures;
-      way_.scan(0, -kInfinite, &figures);
-      least_ = figures.clearance.distance;
-      wanted = least_ + kBand;
+  // Without splines the search has made what depends on the end alone as small as it gets.
+  bool is_best_as_it_is() const {
+    return !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
+  }
+
+  // --- As a program
+
+  bool go_to(const std::vector<double>& y) override {
+    is_scanned_ = false;
+    if (!way_.shoot(y, last_valid_, SegmentAccuracy::search).valid) return false;
+    last_valid_ = way_.shot();
+    return true;
+  }
+
+  double value() override {
+    scan();
+    return way_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * least_ : 0);
+  }
+
+  double violation() override {
+    scan();
+    double most = std::max(worst_ + margin_ + kAimed, way_.shot().largest_error());
+    for (int j : limited_)
+      most = std::max(most, std::abs(way_.shot().rate[static_cast<std::size_t>(j)]) / limit(j) - 1);
+    return most;
+  }
+
+  // What the latest shot violates most. Instants at which it is near to that are the program's from now on.
+  void scan() {
+    if (is_scanned_) return;
+    is_scanned_ = true;
+    if (way_.nodes() != nodes_) {
+      first_ += static_cast<long>(instants_.size());
+      instants_.clear(), nodes_ = way_.nodes();
     }
-    if (way_.nodes() != nodes_) instants_.clear(), nodes_ = way_.nodes();
-    // Hands that have come near their grasp points meanwhile are free there.
-    std::erase_if(instants_, [&](const Instant& i) { return way_.may_touch(i); });
-    const double band = kBand + margin_;
-    double worst = -kInfinite;
-    for (const Found& f : way_.scan(band, wanted, nullptr)) {
-      const double kept = setup_.clearance.value_or(-kInfinite);
-      const double asked = f.at.kept == Kept::clearance ? std::max(0.0, wanted - band - kept) : 0.0;
-      worst = std::max(worst, f.value - asked);
+    const double band = kBand + margin_, kept = setup_.clearance.value_or(-kInfinite);
+    const auto look = [&](double wanted) {
+      WayFigures figures;
+      std::vector<Found> found = way_.scan(band, wanted, wants_clearance() ? &figures : nullptr);
+      least_ = figures.clearance.distance;
+      const double asked = std::max(0.0, wanted - band - kept);
+      for (Found& f : found) f.value -= f.at.kept == Kept::clearance ? asked : 0;
+      return found;
+    };
+    // The least distance is hardly less than it was, or else what is near to it is looked for again.
+    double wanted = -kInfinite;
+    if (wants_clearance()) wanted = std::isfinite(least_) ? least_ + kBand : 0;
+    std::vector<Found> found = look(wanted);
+    if (wants_clearance() && least_ + 0.5 * kBand > wanted) found = look(least_ + kBand);
+    worst_ = -kInfinite;
+    for (const Found& f : found) {
+      worst_ = std::max(worst_, f.value);
       if (std::find(instants_.begin(), instants_.end(), f.at) == instants_.end()) instants_.push_back(f.at);
     }
-    return worst;
   }
 
-  bool improve(std::vector<double>& y) {
-    const ReachProblem& p = way_.problem();
-    const int n = way_.joints(), unknowns = way_.unknowns();
-    const int size = unknowns + (wants_clearance() ? 1 : 0);
-    std::vector<double> lower(static_cast<std::size_t>(size), -kInfinite), upper(lower.size(), kInfinite), z = y;
-    constexpr double kFarthest = 1, kMostBent = 20;  // [rad or m]
-    for (int j = 0; j < unknowns; ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      const double bent = way_.is_held(j % n) ? 0 : kMostBent;
-      lower[i] = std::max(j < n ? p.lower[i] : -bent, y[i] - kFarthest);
-      upper[i] = std::min(j < n ? p.upper[i] : bent, y[i] + kFarthest);
+  double limit(int joint) const { return kOfLimit * way_.problem().rate_limit[static_cast<std::size_t>(joint)]; }
+
+  // Rows of the program, by numbers: instants, each with one for the least distance beside; limits of unknowns and of
+  // final rates.
+  enum class Of { instant, level, upper, lower, rate, rate_back };
+  static constexpr long kKinds = 6;
+  static long number(Of of, long i) { return i * kKinds + static_cast<long>(of); }
+
+  // The value of one, and its gradient unless null. Without a value where a hand may touch its target meanwhile.
+  std::optional<double> row(long number, Eigen::VectorXd* gradient) {
+    const long i = number / kKinds;
+    const auto of = static_cast<Of>(number % kKinds);
+    const Shot& shot = way_.shot();
+    if (of == Of::instant || of == Of::level) {
+      if (i < first_) return std::nullopt;
+      const Instant& at = instants_[static_cast<std::size_t>(i - first_)];
+      if (way_.may_touch(at)) return std::nullopt;
+      if (at.kept != Kept::clearance) return way_.value(at, gradient) + margin_ + kAimed;
+      const double d = way_.distance(at.index, at.node, gradient);
+      if (gradient) *gradient *= -1;
+      return (of == Of::level ? level_ : *setup_.clearance + margin_ + kAimed) - d;
     }
-    if (wants_clearance())
-      z.push_back(std::isfinite(least_) ? least_ : 0), lower.back() = z.back() - 1, upper.back() = z.back() + 1;
-    rows_ = independent_rows(way_.shot().J);
-    // The optimizer's first guess of curvatures is one.
-    if (!p.objective.depends_on_end_alone()) {
-      const double nearest = wants_clearance() && std::isfinite(least_) ? clearance_weight_ * std::abs(least_) : 0;
-      scale_ = 1 / std::max(1e-9, std::abs(way_.objective(nullptr)) + nearest);
+    const double sign = of == Of::upper || of == Of::rate ? 1 : -1;
+    const auto j = static_cast<std::size_t>(i);
+    if (of == Of::rate || of == Of::rate_back) {
+      if (gradient) *gradient = (sign / limit(static_cast<int>(i))) * shot.K.row(i).transpose();
+      return sign * shot.rate[j] / limit(static_cast<int>(i)) - 1;
     }
-    nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(size));
-    optimizer.set_lower_bounds(lower);
-    optimizer.set_upper_bounds(upper);
-    optimizer.set_min_objective(&Exchange::objective, this);
-    if (rows_.rows() > 0)
-      optimizer.add_equality_mconstraint(&Exchange::goals, this,
-                                         std::vector<double>(static_cast<std::size_t>(rows_.rows()), 1e-6));
-    final_rates_.clear();
-    for (int j = 0; j < static_cast<int>(p.rate_limit.size()); ++j) {
-      if (std::isfinite(p.rate_limit[static_cast<std::size_t>(j)])) final_rates_.push_back(j);
-    }
-    const std::size_t inequalities =
-        instants_.size() * (wants_clearance() && setup_.clearance ? 2 : 1) + 2 * final_rates_.size();
-    // Of its iterates the optimizer returns the best one that it takes for admissible: it never meets anything exactly.
-    constexpr double kMet = 2e-7;
-    if (inequalities > 0)
-      optimizer.add_inequality_mconstraint(&Exchange::inequalities, this, std::vector<double>(inequalities, kMet));
-    optimizer.set_xtol_abs(1e-7);
-    optimizer.set_ftol_rel(1e-9);
-    optimizer.set_maxeval(100);
-    bool ended = true;
-    double least = 0;
-    try {
-      optimizer.optimize(z, least);
-    } catch (const WorkLimit&) {
-      throw;
-    } catch (const std::exception&) {
-      ended = false;
-    }
-    z.resize(static_cast<std::size_t>(unknowns));
-    double farthest = 0;
-    for (std::size_t i = 0; i < z.size(); ++i) farthest = std::max(farthest, std::abs(z[i] - y[i]));
-    moved_far_ = farthest > 1e-4;
-    const Shot like = way_.shot().valid ? way_.shot() : last_valid_;
-    if (way_.shoot(z, like, SegmentAccuracy::search).valid) {
-      y = z;
-    } else {
-      way_.shoot(y, last_valid_, SegmentAccuracy::search);
-      ended = false;
-    }
-    return ended;
+    if (gradient) *gradient = sign * Eigen::VectorXd::Unit(way_.unknowns(), i);
+    if (i >= n_) return sign * shot.coefficients[j - static_cast<std::size_t>(n_)] - kMostBent;
+    return sign > 0 ? shot.position[j] - way_.problem().upper[j] : way_.problem().lower[j] - shot.position[j];
   }
 
-  static Eigen::MatrixXd independent_rows(const Eigen::MatrixXd& J) {
-    if (J.size() == 0) return Eigen::MatrixXd(0, J.rows());
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    Eigen::Index rank = 0;
-    while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;
-    return svd.matrixU().leftCols(rank).transpose();
-  }
+  bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_; }
 
-  // Evaluates unless it is the point known; false where it cannot be.
-  void at(const double* z) {
-    const std::vector<double> y(z, z + way_.unknowns());
-    const Shot& now = way_.shot();
-    const auto n = static_cast<std::ptrdiff_t>(way_.joints());
-    if (now.valid && std::equal(y.begin(), y.begin() + n, now.position.begin()) &&
-        std::equal(y.begin() + n, y.end(), now.coefficients.begin()))
-      return;
-    if (now.valid) last_valid_ = now;
-    if (!way_.shoot(y, last_valid_.valid ? last_valid_ : now, SegmentAccuracy::search).valid)
-      throw nlopt::forced_stop();
-  }
-
-  static double objective(unsigned size, const double* z, double* gradient, void* data) {
-    Exchange& e = *static_cast<Exchange*>(data);
-    e.at(z);
+  Linearized linearized() override {
+    scan();
+    level_ = least_;
+    known_ = first_ + static_cast<long>(instants_.size());
+    const Shot& shot = way_.shot();
+    const Eigen::Index unknowns = way_.unknowns(), size = unknowns + (wants_clearance() ? 1 : 0);
+    Linearized at;
+    at.error = shot.error;
+    at.J = Eigen::MatrixXd::Zero(shot.J.rows(), size);
+    at.J.leftCols(unknowns) = shot.J;
     Eigen::VectorXd g;
-    double value = e.scale_ * e.way_.objective(gradient ? &g : nullptr);
-    g *= e.scale_;
-    if (gradient) std::copy(g.begin(), g.end(), gradient);
-    if (e.wants_clearance()) {
-      value -= e.scale_ * e.clearance_weight_ * z[size - 1];
-      if (gradient) gradient[size - 1] = -e.scale_ * e.clearance_weight_;
-    }
-    return value;
-  }
-
-  static void goals(unsigned m, double* result, unsigned size, const double* z, double* gradient, void* data) {
-    Exchange& e = *static_cast<Exchange*>(data);
-    e.at(z);
-    const Shot& shot = e.way_.shot();
-    Eigen::Map<Eigen::VectorXd>(result, m) = e.rows_ * shot.error;
-    if (!gradient) return;
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> G(gradient, m, size);
-    G.setZero();
-    G.leftCols(shot.J.cols()) = e.rows_ * shot.J;
-  }
-
-  static void inequalities(unsigned, double* result, unsigned size, const double* z, double* gradient, void* data) {
-    Exchange& e = *static_cast<Exchange*>(data);
-    e.at(z);
-    const int unknowns = e.way_.unknowns();
-    std::size_t row = 0;
-    const auto put = [&](double value, const Eigen::VectorXd& g, double for_clearance) {
-      result[row] = value;
-      if (gradient) {
-        std::copy(g.begin(), g.end(), gradient + row * size);
-        if (static_cast<int>(size) > unknowns) gradient[row * size + size - 1] = for_clearance;
+    way_.objective(&g);
+    at.slope.resize(size);
+    at.slope.head(unknowns) = g;
+    if (wants_clearance()) at.slope[unknowns] = -clearance_weight_;
+    std::vector<double> values;
+    std::vector<Eigen::VectorXd> gradients;
+    const auto put = [&](Of of, long i, double near) {
+      const std::optional<double> now = row(number(of, i), nullptr);
+      if (!now || !(*now > -near)) return;
+      row(number(of, i), &g);
+      // Bodies that pass over each other, say, with nothing that moves them apart: no step would help.
+      if (*now > kFar * g.lpNorm<1>()) {
+        at.out_of_reach = std::max(at.out_of_reach, *now);
+        return;
       }
-      ++row;
+      at.rows.push_back(number(of, i)), values.push_back(*now), gradients.push_back(g);
     };
-    Eigen::VectorXd g;
-    for (const Instant& i : e.instants_) {
-      if (i.kept == Kept::clearance && e.wants_clearance()) {
-        const double d = e.way_.distance(i.index, i.node, gradient ? &g : nullptr);
-        put(z[size - 1] - d, -g, 1);
-        if (e.setup_.clearance) put(*e.setup_.clearance + e.margin_ + kAimed - d, -g, 0);
-        continue;
-      }
-      const double v = e.way_.value(i, gradient ? &g : nullptr);
-      put(v + e.margin_ + kAimed, g, 0);
+    for (std::size_t i = 0; i < instants_.size(); ++i) {
+      const long k = first_ + static_cast<long>(i);
+      const bool is_distance = instants_[i].kept == Kept::clearance;
+      if (!is_distance || setup_.clearance) put(Of::instant, k, kNear);
+      if (is_distance && wants_clearance()) put(Of::level, k, kNear);
     }
-    const Shot& shot = e.way_.shot();
-    constexpr double kOfLimit = 0.9999;
-    for (int j : e.final_rates_) {
-      const double limit = kOfLimit * e.way_.problem().rate_limit[static_cast<std::size_t>(j)];
-      for (const double sign : {1.0, -1.0}) {
-        g = (sign / limit) * shot.K.row(j).transpose();
-        put(sign * shot.rate[static_cast<std::size_t>(j)] / limit - 1, g, 0);
-      }
+    for (int j : limited_) put(Of::rate, j, kNear), put(Of::rate_back, j, kNear);
+    for (int i : free_) put(Of::upper, i, 1), put(Of::lower, i, 1);
+    at.violated = as_vector(values);
+    at.A = Eigen::MatrixXd::Zero(at.violated.size(), size);
+    for (std::size_t i = 0; i < gradients.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      at.A.row(k).head(unknowns) = gradients[i].transpose();
+      if (at.rows[i] % kKinds == static_cast<long>(Of::level)) at.A(k, unknowns) = 1;
     }
+    return at;
+  }
+
+  void look(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
+    error = way_.shot().error;
+    violated.resize(static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      violated[static_cast<Eigen::Index>(i)] = row(rows[i], nullptr).value_or(-kNear);
+  }
+
+  Eigen::MatrixXd curvature() override {
+    scan();
+    const Objective& objective = way_.problem().objective;
+    Eigen::MatrixXd B = objective.curvature(way_.shot().K);
+    if (objective.depends_on_end_alone()) return B;
+    // Of the others it is the objective's own size: steps of a radian change it by as much.
+    constexpr double kLeast = 1e-9;
+    const double nearest = wants_clearance() && std::isfinite(least_) ? clearance_weight_ * std::abs(least_) : 0;
+    B.diagonal().array() += std::max(kLeast, std::abs(way_.objective(nullptr)) + nearest);
+    return B;
   }
 
   // Newton's method on the goals alone, and a close look at the way there.
@@ -308,14 +302,21 @@ class Exchange {
   SegmentWay& way_;
   SegmentWay& finer_;
   const WaySetup& setup_;
-  double clearance_weight_ = 0, scale_ = 1;
-  double margin_ = 0, least_ = kInfinite;
-  bool moved_far_ = true, settled_ = false;
-  std::vector<Instant> instants_;
-  int nodes_ = 0;  // that they are counted by
-  std::vector<int> final_rates_;
-  Eigen::MatrixXd rows_;
+  int n_, steps_;
+  double clearance_weight_ = 0;
+  std::vector<int> limited_, free_;  // joints with limits of their final rates; unknowns
+  double margin_ = 0;
+  bool settled_ = false;
+  Eigen::MatrixXd B_;
   Shot last_valid_;
+  // As scan() found it at the latest shot.
+  bool is_scanned_ = false;
+  double worst_ = -kInfinite, least_ = kInfinite;
+  double level_ = kInfinite;  // least_ at the last linearized()
+  std::vector<Instant> instants_;
+  long first_ = 0;  // number of the first of them
+  long known_ = 0;  // numbers at the last linearized()
+  int nodes_ = 0;   // that they are counted by
 };
 
 }  // namespace
@@ -325,15 +326,11 @@ bool asks_of_way(const ReachProblem& problem) {
          problem.way.knots.value_or(0) > 0;
 }
 
-namespace {
-
 bool wants_clearance(const ReachProblem& problem) {
   const auto& terms = problem.objective.terms();
   return std::any_of(terms.begin(), terms.end(),
                      [](const Objective::Term& t) { return t.kind == Objective::Kind::clearance; });
 }
-
-}  // namespace
 
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
                                                const Shot& solution, int knots, int attempt) {
@@ -350,17 +347,18 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
   return coefficients;
 }
 
-WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt) {
+WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
+                int steps) {
   constexpr int kFiner = 4;
   const bool at_all_times = problem.way.keeps_something() || wants_clearance(problem);
   const int panels = kWayPanels[at_all_times ? 0 : 1];
   SegmentWay way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
   std::vector<double> coefficients = coefficients_to_begin_with(base, problem, solution, knots, attempt);
-  Exchange exchange(way, finer);
+  Exchange exchange(attempt == kAtAllNodes ? finer : way, finer, steps);
   WayEnd end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
   // More may be missing between the nodes than they show: where a hand comes near its grasp point, say.
   if (!end.kept && end.shot && exchange.settled()) {
-    WayEnd closer = Exchange(finer, finer).run(*end.shot, end.coefficients, true);
+    WayEnd closer = Exchange(finer, finer, steps).run(*end.shot, end.coefficients, true);
     if (closer.kept) end = std::move(closer);
   }
   end.rhs_evaluations = way.rhs_evaluations() + finer.rhs_evaluations();

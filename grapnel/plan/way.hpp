@@ -7,11 +7,11 @@
 /// Unknowns are the final joint values theta_f and the coefficients c of the joints' splines (joint_spline.hpp); final
 /// rates follow by (2) of reach.hpp. Wanted is
 ///   min f(theta_f, c)   with   e = 0   and   g_i(theta_f, c; t) <= 0 for all t                                     (1)
-/// a semi-infinite program. It is solved by exchange (Hettich and Kortanek, SIAM Review 35 (1993) 380-429): the g_i are
-/// kept at those instants only at which an iterate comes near to violating them, by sequential quadratic programming
-/// (NLopt's SLSQP), and the instants of the new worst violations are added until there are none. Instants are the nodes
-/// of the segment's quadrature. What happens between them is looked at on four times as many; where more than a
-/// tolerance is missing there, that much more is asked for.
+/// a semi-infinite program. It is solved by sequential quadratic programming (sequential_quadratic.hpp) with exchange
+/// (Hettich and Kortanek, SIAM Review 35 (1993) 380-429): of the g_i those instants are made linear at which an iterate
+/// has come near to violating them, and whether a step is a good one is decided by all instants. These are the nodes of
+/// the segment's quadrature. What happens between them is looked at on four times as many; where more than a tolerance
+/// is missing there, that much more is asked for.
 ///
 /// A distance d of two bodies with nearest points p_a, p_b and normal n changes by n . (dp_b - dp_a). A point at r in
 /// B, carried by the joints J, moves as its place in W is p_WCom + R (r - c):
@@ -93,7 +93,8 @@ struct WayEnd {
   bool kept = false;
   std::string trouble;  // if not: what is violated most, by how much and when
   double violation = 0;
-  bool obstructed = false;  // by nearest_way(): bodies too near to each other are of what is violated most
+  bool obstructed = false;   // by nearest_way(): bodies too near to each other are of what is violated most
+  bool may_improve = false;  // the steps were too few to say that the objective is least
   int knots = 0;
   std::vector<double> position, rate, coefficients;
   double objective = 0;
@@ -106,9 +107,13 @@ struct WayEnd {
 /// From a solution of the goals without a spline (or with zero coefficients) to one that keeps the problem's way and
 /// has the least objective near it, on a segment with `knots`. `attempt`: 0 begins with the solution's coefficients, or
 /// zero where it has none, higher ones with random coefficients. kAsItIs: the solution is looked at and polished, no
-/// more.
-inline constexpr int kAsItIs = -1;
-WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt);
+/// more. kAtAllNodes: it is made better with all the nodes that are otherwise looked at in the end only. kOnwards: as
+/// 0.
+inline constexpr int kAsItIs = -1, kAtAllNodes = -2, kOnwards = -3;
+/// Of sequential quadratic programming, each time that it is asked.
+inline constexpr int kMostSteps = 150;
+WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
+                int steps = kMostSteps);
 
 /// The coefficients with which an attempt begins.
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,
@@ -116,5 +121,7 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
 
 /// Whether the problem asks anything of the way, or has an objective that depends on it.
 bool asks_of_way(const ReachProblem& problem);
+/// Whether the least distance is part of its objective.
+bool wants_clearance(const ReachProblem& problem);
 
 }  // namespace grapnel

