@@ -66,7 +66,7 @@ class Exchange : private NonlinearProgram {
       if (end.kept || i == kFiner || !(end.violation < 1e-2)) break;
       // Between the nodes it is worse by that.
       margin_ += 2 * end.violation;
-      is_scanned_ = false;
+      if (!go_to(y)) break;
     }
     return end;
   }
@@ -109,6 +109,7 @@ class Exchange : private NonlinearProgram {
   }
 
   double violation() override {
+    if (!way_.shot().valid) return kInfinite;
     scan();
     double most = std::max(worst_ + margin_ + kAimed, way_.shot().largest_error());
     for (int j : limited_)
@@ -253,7 +254,7 @@ class Exchange : private NonlinearProgram {
     for (std::size_t i = static_cast<std::size_t>(way_.joints()); i < y.size(); ++i) {
       if (way_.is_held(static_cast<int>(i) % way_.joints())) lower[i] = upper[i] = 0;
     }
-    Shot like = way_.shot();
+    Shot like = last_valid_;
     for (int i = 0; i < 8; ++i) {
       const Shot& shot = finer_.shoot(y, like, SegmentAccuracy::full);
       if (!shot.valid) break;
