@@ -82,11 +82,11 @@ void NearestBelow::settle() {
     const auto size = static_cast<Eigen::Index>(active_.size());
     const auto L = L_.topLeftCorner(size, size).triangularView<Eigen::Lower>();
     const Eigen::VectorXd next = L.transpose().solve(L.solve(Eigen::VectorXd(r_(active_))));
+    if (!next.allFinite()) return;  // rows of numbers too large, or of none: they stay as they were
     if (next.minCoeff() > 0) {
       l_ = next;
       return;
     }
-    if (!next.allFinite()) return;  // rows of numbers too large, or of none: they stay as they were
     // As far as all stay positive.
     double share = 1;
     for (Eigen::Index i = 0; i < size; ++i) {

@@ -287,10 +287,7 @@ class Search {
     // A search that was long on its way back to what is kept may have ended early.
     if (kept && (kept->may_improve || costs_much(*kept, best))) attempt(Shot(*kept->shot), kept->knots, kOnwards);
     if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
-    if (!kept && possible) {
-      attempt(*possible->shot, most, 0);
-      if (!kept) attempt(*possible->shot, most, kAsItIs);
-    }
+    if (!kept && possible) attempt(*possible->shot, most, kAsItIs);
     if (!kept) return refuse(best, nearest, most);
     // The least distance is less between nodes than at them.
     if (wants_clearance(problem_)) attempt(Shot(*kept->shot), kept->knots, kAtAllNodes);

@@ -137,7 +137,7 @@ class Minimization {
       const Step step = advance();
       if (!step.valid) {
         // What was learned elsewhere may lead nowhere here.
-        if (learned_ == 0 || is_there_) break;
+        if (learned_ == 0 || is_there_ || is_lost_) break;
         begin_anew();
         radius_ = search_.farthest, damping_ = 0;
         continue;
@@ -151,7 +151,8 @@ class Minimization {
 
  private:
   static constexpr std::size_t kFew = 3;
-  static constexpr double kSlightly = 1.2;  // longer than the radius
+  static constexpr double kSlightly = 1.2;     // longer than the radius
+  static constexpr double kShorterThan = 0.9;  // of a step before
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
   bool has_level() const { return at_.slope.size() > size(); }
@@ -226,32 +227,48 @@ class Minimization {
     // Steps so short take off nothing of what is violated.
     constexpr double kTooShort = 1e-4;
     const double shortest = violation_ > kTooShort ? kTooShort : search_.nothing;
+    bool is_noted = false;
     for (int looks = 0, damped = 0; radius_ > shortest;) {
       Step step = quadratic.solve(at_.error, at_.violated, active());
-      if (!step.valid) return step;
+      if (!step.valid) break;
       note_active(step);
       double farthest = farthest_of(step.d);
       is_there_ = farthest <= search_.nothing;
-      if (is_there_) break;
-      // What the objective asks for is damped until it is within the radius, what rows and goals ask for is done in
-      // part.
-      if (farthest > kSlightly * radius_ && damped++ < kMostDamped) {
-        const double bend = step.d.dot(B * step.d) / step.d.squaredNorm() + damping_;
-        damping_ += (farthest / radius_ - 1) * bend;
+      if (is_there_ && damping_ == 0) break;
+      // A step may be short since it is damped.
+      if (is_there_) {
+        is_there_ = false;
+        damping_ = 0;
         quadratic = QuadraticProgram(B, damping_, at_);
         continue;
+      }
+      // What the objective asks for is damped until it is within the radius, what rows and goals ask for is done in
+      // part: damping makes it no shorter.
+      if (farthest > kSlightly * radius_ && damped < kMostDamped) {
+        const double bend = step.d.dot(B * step.d) / step.d.squaredNorm() + damping_;
+        const double more = (farthest / radius_ - 1) * bend;
+        QuadraticProgram other(B, damping_ + more, at_);
+        const Step shorter = other.solve(at_.error, at_.violated, active());
+        if (shorter.valid && farthest_of(shorter.d) < kShorterThan * farthest) {
+          ++damped;
+          damping_ += more;
+          quadratic = std::move(other);
+          continue;
+        }
+        damped = kMostDamped;
       }
       const double share = std::min(1.0, radius_ / farthest);
       const Eigen::VectorXd d = share * step.d;
       farthest *= share;
       const double added = at_.slope.dot(d) + 0.5 * d.dot(B * d);
       const double taken_off = share * (violation_ - std::min(violation_, std::max(step.left, at_.out_of_reach)));
-      patience_.note(violation_, violation_ - taken_off);
+      if (!is_noted) patience_.note(violation_, violation_ - taken_off);
+      is_noted = true;
       weigh(step, added, taken_off);
       const double from = merit(), foreseen = mu_ * taken_off - added;
       const double most = from - kEnough * std::max(0.0, foreseen) + kRounding * (std::abs(value_) + mu_);
       if (step_to(d, most) || (share == 1 && can_look_ && step_to(corrected(quadratic, step), most))) {
-        const double part = (from - merit()) / foreseen;
+        const double part = foreseen > 0 ? (from - merit()) / foreseen : 0;
         if (part > kWell) {
           radius_ = std::min(search_.farthest, std::max(radius_, 2 * farthest));
           damping_ *= kPoor;
@@ -263,15 +280,23 @@ class Minimization {
       damped = 0;
       // With what was in its way, which (2) knew nothing of, the step may go as far elsewhere.
       if (program_.has_more() && looks++ < kMostLooks) {
-        if (!program_.go_to(y_)) break;
+        if (!come_back()) return {};
         at_ = linearized();
         quadratic = QuadraticProgram(B, damping_, at_);
         if (looks == 1) continue;
       }
       radius_ = kShorter * farthest;
     }
-    program_.go_to(y_);
+    come_back();
     return {};
+  }
+
+  // To y, where more may be known of what is violated by now.
+  bool come_back() {
+    is_lost_ = !program_.go_to(y_);
+    if (is_lost_) return false;
+    value_ = program_.value(), violation_ = std::max(0.0, program_.violation());
+    return true;
   }
 
   // The rows that held the last step, of those at the present iterate.
@@ -342,6 +367,7 @@ class Minimization {
   int learned_ = 1;        // steps, since it began anew
   bool can_look_ = false;  // where the program went last
   bool is_there_ = false;  // (2) led nowhere else
+  bool is_lost_ = false;   // nothing could be said of y when the program came back to it
 };
 
 }  // namespace

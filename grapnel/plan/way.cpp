@@ -105,17 +105,29 @@ class Exchange : private NonlinearProgram {
 
   double value() override {
     scan();
-    return way_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * least_ : 0);
+    return way_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * known_least() : 0);
   }
 
   double violation() override {
     if (!way_.shot().valid) return kInfinite;
     scan();
     double most = std::max(worst_ + margin_ + kAimed, way_.shot().largest_error());
+    for (int i : free_) {
+      const auto j = static_cast<std::size_t>(i);
+      if (i >= n_) {
+        most = std::max(most, std::abs(way_.shot().coefficients[j - static_cast<std::size_t>(n_)]) - kMostBent);
+        continue;
+      }
+      const double at = way_.shot().position[j];
+      most = std::max({most, at - way_.problem().upper[j], way_.problem().lower[j] - at});
+    }
     for (int j : limited_)
       most = std::max(most, std::abs(way_.shot().rate[static_cast<std::size_t>(j)]) / limit(j) - 1);
     return most;
   }
+
+  // Nothing is near to anything where all that might be may touch.
+  double known_least() const { return std::isfinite(least_) ? least_ : 0; }
 
   // What the latest shot violates most. Instants at which it is near to that are the program's from now on.
   void scan() {
@@ -179,12 +191,12 @@ class Exchange : private NonlinearProgram {
     return sign > 0 ? shot.position[j] - way_.problem().upper[j] : way_.problem().lower[j] - shot.position[j];
   }
 
-  bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_; }
+  bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_ || first_ != known_first_; }
 
   Linearized linearized() override {
     scan();
-    level_ = least_;
-    known_ = first_ + static_cast<long>(instants_.size());
+    level_ = known_least();
+    known_ = first_ + static_cast<long>(instants_.size()), known_first_ = first_;
     const Shot& shot = way_.shot();
     const Eigen::Index unknowns = way_.unknowns(), size = unknowns + (wants_clearance() ? 1 : 0);
     Linearized at;
@@ -254,6 +266,7 @@ class Exchange : private NonlinearProgram {
     for (std::size_t i = static_cast<std::size_t>(way_.joints()); i < y.size(); ++i) {
       if (way_.is_held(static_cast<int>(i) % way_.joints())) lower[i] = upper[i] = 0;
     }
+    for (std::size_t j = 0; j < y.size(); ++j) y[j] = std::clamp(y[j], lower[j], upper[j]);
     Shot like = last_valid_;
     for (int i = 0; i < 8; ++i) {
       const Shot& shot = finer_.shoot(y, like, SegmentAccuracy::full);
@@ -315,9 +328,9 @@ class Exchange : private NonlinearProgram {
   double worst_ = -kInfinite, least_ = kInfinite;
   double level_ = kInfinite;  // least_ at the last linearized()
   std::vector<Instant> instants_;
-  long first_ = 0;  // number of the first of them
-  long known_ = 0;  // numbers at the last linearized()
-  int nodes_ = 0;   // that they are counted by
+  long first_ = 0;                    // number of the first of them
+  long known_ = 0, known_first_ = 0;  // both ends of them at the last linearized()
+  int nodes_ = 0;                     // that they are counted by
 };
 
 }  // namespace
