@@ -310,16 +310,17 @@ void Follower::begin_step() {
   }
   // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
   const double negligible = kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed);
-  if (!motion_.any_touching() || motion_.rebounds_negligible(negligible)) return;
-  const PathMotion::Wedge wedge = motion_.wedged(negligible);
-  if (wedge == PathMotion::Wedge::at_rest) return;
-  if (wedge == PathMotion::Wedge::ever_harder) {
-    result_.failure = "bodies are wedged at rest, and forces that are to part them grow without end";
-    return;
-  }
+  const bool is_over = !motion_.any_touching() || motion_.rebounds_negligible(negligible);
+  const PathMotion::Wedge wedge = is_over ? PathMotion::Wedge::none : motion_.wedged(negligible);
+  // However the path ends, what friction missed on it is said.
   if (motion_.law_missed() > kLawMissed) {
     result_.failure = fmt::format("friction of contacts at rest misses Coulomb's law by {:.1e} of what drives them",
                                   motion_.law_missed());
+    return;
+  }
+  if (is_over || wedge == PathMotion::Wedge::at_rest) return;
+  if (wedge == PathMotion::Wedge::ever_harder) {
+    result_.failure = "bodies are wedged at rest, and forces that are to part them grow without end";
     return;
   }
   if (motion_.crawled() > kMostCrawls) {

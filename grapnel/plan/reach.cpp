@@ -229,11 +229,13 @@ class Search {
     return count;
   }
 
+  static constexpr std::size_t kFew = 3;  // solutions to begin with where a way is hardly to be found
+
   // What is asked of the way, from the best solution, then from others, and with a spline that was not asked for where
   // nothing else does. Of a few that keep it the one with the least objective is taken.
   void keep(Shot best, std::size_t origin) {
-    constexpr std::size_t kFrom = 4, kFew = 3;  // solutions, and those where a way is hardly to be found
-    constexpr int kRandom = 3;                  // further beginnings with random splines
+    constexpr std::size_t kFrom = 4;  // solutions
+    constexpr int kRandom = 3;        // further beginnings with random splines
     std::vector<Shot> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
       if (i != origin) from.push_back(solutions_[i]);
@@ -263,7 +265,13 @@ class Search {
       }
       if (is_worth_it) {
         constexpr int kFurtherSteps = 40;  // where a way is known
-        end = keep_way(base_, problem_, solution, knots, number, kept && number >= 0 ? kFurtherSteps : kMostSteps);
+        // What is kept stays so where there is no more work to be done.
+        try {
+          end = keep_way(base_, problem_, solution, knots, number, kept && number >= 0 ? kFurtherSteps : kMostSteps);
+        } catch (const WorkLimit&) {
+          if (!kept) throw;
+          return;
+        }
         result_.rhs_evaluations += end.rhs_evaluations;
       }
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
@@ -332,7 +340,6 @@ class Search {
       WayEnd end = look_for_way(solution, knots, number);
       if (end.violation < best.violation) best = std::move(end);
     };
-    constexpr std::size_t kFew = 3;
     for (std::size_t i = 0; i < std::min(kFew, from.size()) && best.violation > kTolerated; ++i) attempt(from[i], 0);
     for (int i = 1; i <= random && knots > 0 && best.violation > kTolerated && best.violation < kWorthMore; ++i)
       attempt(from.front(), i);

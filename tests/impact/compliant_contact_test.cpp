@@ -51,15 +51,20 @@ TEST(CompliantContacts, BecomeRigidWithRestitutionOne) {
   }
 }
 
+// Adds a speed of the first body along the contact; returns its direction.
+Vector3d slide(CentralPair& c, double speed) {
+  Vector3d t = cross(c.contact.n_W, Vector3d{0, 0, 1});
+  t = (1 / norm(t)) * t;
+  const Twistd V = root_twist(c.model, c.state, 0);
+  set_root_twist(c.model, 0, {V.angular, V.linear + speed * t}, c.state);
+  return t;
+}
+
 // Two bodies that slip all the time: tangential impulse mu P_n against the slip, at the speed that it is regularized
 // by.
 TEST(CompliantContacts, SlidingFrictionGivesMuTimesTheNormalImpulse) {
   CentralPair c = central_pair();
-  const Vector3d n = c.contact.n_W;
-  Vector3d t = cross(n, Vector3d{0, 0, 1});
-  t = (1 / norm(t)) * t;
-  const Twistd V = root_twist(c.model, c.state, 0);
-  set_root_twist(c.model, 0, {V.angular, V.linear + 1.0 * t}, c.state);
+  const Vector3d n = c.contact.n_W, t = slide(c, 1.0);
   c.contact.friction = 0.2;
   c.contact.stiffness = 1e9;  // short: the normal hardly turns
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
@@ -78,11 +83,7 @@ TEST(CompliantContacts, SlidingFrictionGivesMuTimesTheNormalImpulse) {
 // With much friction the slip dies: what is left creeps at the slip speed's order.
 TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
   CentralPair c = central_pair();
-  const Vector3d n = c.contact.n_W;
-  Vector3d t = cross(n, Vector3d{0, 0, 1});
-  t = (1 / norm(t)) * t;
-  const Twistd V = root_twist(c.model, c.state, 0);
-  set_root_twist(c.model, 0, {V.angular, V.linear + 0.1 * t}, c.state);
+  const Vector3d t = slide(c, 0.1);
   c.contact.friction = 2;
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
@@ -94,11 +95,7 @@ TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
 // A slip speed that is tiny against the bodies' speeds: what rounding does to derivatives must not decide on the steps.
 TEST(CompliantContacts, TinySlipSpeedsOnSoftSprings) {
   CentralPair c = central_pair();
-  const Vector3d n = c.contact.n_W;
-  Vector3d t = cross(n, Vector3d{0, 0, 1});
-  t = (1 / norm(t)) * t;
-  const Twistd V = root_twist(c.model, c.state, 0);
-  set_root_twist(c.model, 0, {V.angular, V.linear + 0.1 * t}, c.state);
+  const Vector3d t = slide(c, 0.1);
   c.contact.friction = 2;
   c.contact.stiffness = 1e3;
   double slip[2], impulse[2];
