@@ -669,9 +669,12 @@ struct JointReport {
   std::string phase;
   std::string joint;
   Mode mode = Mode::moving;
-  int sticks = 0;            // times that it came to rest
-  int breakaways = 0;        // times that it left it
-  double friction_heat = 0;  // that friction made
+  int sticks = 0;      // times that it came to rest
+  int breakaways = 0;  // times that it left it
+  /// Largest part of its breakaway effort that friction gave while it was held; absent: it does not stick.
+  std::optional<double> friction_share;
+  bool friction_determined = true;  // false: closed loops left that friction open, and one admissible set is reported
+  double friction_heat = 0;         // that friction made
   int stop_impacts = 0;
   double stop_energy_lost = 0;
   double motor_work = 0;              // mechanical, at the joint

@@ -387,6 +387,14 @@ const Type& type_of<JointReport>() {
                       "meets its stops"),
       field<&J::sticks>("sticks", "1", "times that it came to rest"),
       field<&J::breakaways>("breakaways", "1", "times that it left it"),
+      field<&J::friction_share>("friction_share", "1",
+                                "largest friction while it was held, at any sample or time step, over its breakaway "
+                                "effort `static`; null: its friction does not stick")
+          .or_null(),
+      field<&J::friction_determined>(
+          "friction_determined",
+          "false: closed loops left the friction of this joint undetermined while it was held. The values reported "
+          "are the admissible set with the minimum sum of squared shares of breakaway"),
       field<&J::friction_heat>("friction_heat", "J", "that its friction made, stops apart"),
       field<&J::stop_impacts>("stop_impacts", "1", "times that it met a stop"),
       field<&J::stop_energy_lost>("stop_energy_lost", "J", "in these impacts, by the whole system"),

@@ -241,13 +241,23 @@ std::string joint_mode_table(const CaptureResult& result) {
   table.row({"joint", "phase", "at its end", "sticks", "breaks away", "friction heat", "met stops", "lost there",
              "motor work", "electrical"});
   table.row({"", "", "", "", "", "J", "", "J", "J", "J"});
+  bool determined = true;
   for (const JointReport& j : result.joints) {
     const auto electrical = j.electrical_energy();
-    table.row({j.joint, j.phase, name_of(j.mode), std::to_string(j.sticks), std::to_string(j.breakaways),
+    determined = determined && j.friction_determined;
+    const std::string mode = std::string(name_of(j.mode)) + (j.friction_determined ? "" : " *");
+    table.row({j.joint, j.phase, mode, std::to_string(j.sticks), std::to_string(j.breakaways),
                short_number(j.friction_heat), std::to_string(j.stop_impacts), short_number(j.stop_energy_lost),
                short_number(j.motor_work), electrical ? short_number(*electrical) : "-"});
   }
-  return "\njoints with friction that sticks, stops or known motors\n" + table.text();
+  std::string out = "\njoints with friction that sticks, stops or known motors\n" + table.text();
+  if (!determined)
+    out += paragraph(
+        "* closed loops leave the friction of these joints undetermined while they are held: joint efforts and loads "
+        "of "
+        "the loops are those of the admissible friction with the minimum sum of squared shares of breakaway",
+        "");
+  return out;
 }
 
 std::string thruster_table(const CaptureResult& result) {

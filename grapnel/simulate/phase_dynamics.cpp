@@ -464,6 +464,7 @@ void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
   if (setup_.sensors->needs_forces()) {
     sampling_ = false;
     accelerate(t);
+    settle_friction();
     sampling_ = true;
   }
   State seen = now_;
@@ -586,6 +587,7 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
 
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
+  open_stresses_.reset();
   if (has_controller_ && laws_speak()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
@@ -645,7 +647,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   double least = modes_.moving_margin(now_.q, now_.v);
   if (modes_.any_held()) {
     accelerations_in(t, y);
-    least = std::min(least, modes_.holding_margin(friction_));
+    least = std::min(least, modes_.holding_margin(friction_, open_efforts()));
     load(t, y);
   }
   if (!base_.switches()) return least;
@@ -656,29 +658,6 @@ void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!modes_.empty()) choose_joint_modes(t, y);
   if (!base_.switches()) return;
   base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
-}
-
-void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
-  const auto respond = [&]() -> JointModes::Response {
-    hold_joints();
-    load(t, y);
-    if (projects()) close_loops(t);
-    accelerate(t);
-    return {vdot_, friction_};
-  };
-  modes_.choose(y.first(model_.coordinates()), y.subspan(model_.coordinates(), model_.velocities()), respond);
-  hold_joints();
-}
-
-// Held joints are at rest as prescribed.
-void PhaseDynamics::hold_joints() {
-  for (const JointModes::Joint& joint : modes_.joints()) {
-    const bool held = joint.mode == JointModes::Mode::held;
-    const bool computed = output_of(setup_.drives[joint.joint].control) == ControlOutput::acceleration;
-    prescribed_[joint.v] = held;
-    commanded_[joint.v] = held || computed;
-    if (held) acceleration_[joint.v] = 0;
-  }
 }
 
 void PhaseDynamics::meet_stops(double t, std::span<double> y) {
@@ -910,6 +889,7 @@ void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<doubl
   load(t, y);
   if (projects()) close_loops(t);
   accelerate(t);
+  settle_friction();
   std::copy(motor_.begin(), motor_.end(), motor.begin());
   std::copy(friction_.begin(), friction_.end(), friction.begin());
 }
