@@ -15,9 +15,11 @@ using Eigen::VectorXd;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Eigenvalues of A below this are zero: squares, as the pivots of closures (loop_limits.hpp).
-constexpr double kImmobileSquare = 1e-12;
+constexpr double kImmobileSquare = 1e-11;
+// Of the largest component of b: what is left along these directions is rounding.
+constexpr double kFlat = 1e-8;
 // Of a basis of self-stresses, relative to the largest singular value, and of entries, relative to their terms.
-constexpr double kDependent = 1e-9, kEntryRounding = 1e-12;
+constexpr double kDependent = 1e-9, kEntryRounding = 1e-9;
 
 // --- The program in a box ---
 
@@ -54,7 +56,8 @@ class BoxMinimizer {
     if (free.empty()) return true;
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(p_.A(free, free));
     const VectorXd g = eigen.eigenvectors().transpose() * s_.gradient(free);
-    const VectorXd slack = eigen.eigenvectors().cwiseAbs().transpose() * p_.tolerance(free);
+    const VectorXd slack = eigen.eigenvectors().cwiseAbs().transpose() * p_.tolerance(free) +
+                           VectorXd::Constant(g.size(), kFlat * p_.b.cwiseAbs().maxCoeff());
     VectorXd newton = VectorXd::Zero(g.size()), flat = newton;
     bool falls = false;  // along a direction without curvature
     for (Index k = 0; k < g.size(); ++k) {
@@ -290,7 +293,7 @@ MatrixXd basis_of(MatrixXd directions, const MatrixXd& terms) {
     const double size = directions.col(j).norm();
     if (size > 0) directions.col(j) /= size;
   }
-  if (directions.cols() == 0 || directions.cwiseAbs().maxCoeff() == 0) return MatrixXd(directions.rows(), 0);
+  if (directions.size() == 0 || directions.cwiseAbs().maxCoeff() == 0) return MatrixXd(directions.rows(), 0);
   const Eigen::JacobiSVD<MatrixXd> svd(directions, Eigen::ComputeThinU);
   Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > kDependent * svd.singularValues()[0])

@@ -126,10 +126,11 @@ void JointModes::settle(const Dynamics& dynamics) {
   for (int round = 0; round < kMostRounds; ++round) {
     const Eigen::VectorXd now = dynamics.released(velocities);
     // Laws that know what is held may give other efforts; else one round is all it takes.
-    if (round > 0 && (now - released).norm() <= kAccelerationRounding * now.norm()) break;
+    const bool same = round > 0 && (now - released).norm() <= kAccelerationRounding * now.norm();
     released = now;
-    slip(resting, mobility, released, response, kLimitShare);
+    if (!same) slip(resting, mobility, released, response, kLimitShare);
     response = dynamics.respond();
+    if (same) break;
   }
   take_slacks(response);
   if (fits(response, resting)) return;

@@ -158,6 +158,7 @@ inline Scene scene_of(const Arms& a, const Rotationd& R = Rotationd::identity(),
 struct DenseRest {
   Eigen::MatrixXd A;
   Eigen::VectorXd b, coulomb, breakaway;  // b under the load
+  Eigen::VectorXd alone;                  // diagonal of A with the loops open
 
   explicit DenseRest(const Scene& s) {
     const Kinematics k = forward_kinematics(s.model, s.state);
@@ -197,19 +198,22 @@ struct DenseRest {
     const Eigen::LDLT<Eigen::MatrixXd> M(Z.transpose() * mass_matrix(s.model, s.state) * Z);
     A = E.transpose() * Z * M.solve(Z.transpose() * E);
     b = E.transpose() * Z * M.solve(Z.transpose() * Q);
+    alone = (E.transpose() * Eigen::LDLT<Eigen::MatrixXd>(mass_matrix(s.model, s.state)).solve(E)).diagonal();
   }
 
   /// Largest share of breakaway in the admissible set that has the least, by a linear program in the directions in
   /// which the joints can move. 0: no friction is needed.
   double least_share() const {
     const Eigen::Index n = b.size();
-    // Rows and columns in units of breakaway.
-    const Eigen::MatrixXd S = breakaway.asDiagonal() * A * breakaway.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+    // In units in which each joint alone has the mobility 1.
+    const Eigen::VectorXd unit = alone.cwiseSqrt().cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * A * unit.asDiagonal());
     Eigen::Index first = 0;
-    while (first < n && eigen.eigenvalues()[first] <= 1e-10 * eigen.eigenvalues()[n - 1]) ++first;
-    const Eigen::MatrixXd U = eigen.eigenvectors().rightCols(n - first).transpose();
-    const Eigen::VectorXd g = U * breakaway.cwiseProduct(b);
+    while (first < n && eigen.eigenvalues()[first] <= 1e-10) ++first;
+    const Eigen::MatrixXd V = eigen.eigenvectors().rightCols(n - first).transpose();
+    // Of shares of breakaway.
+    const Eigen::MatrixXd U = V * (breakaway.cwiseQuotient(unit)).asDiagonal();
+    const Eigen::VectorXd g = V * unit.cwiseProduct(b);
     const Eigen::VectorXd right = -eigen.eigenvalues().tail(n - first).cwiseInverse().cwiseProduct(g);
     if (first == n || right.norm() == 0) return 0;
     // x = p - m, p + m + rest = share.

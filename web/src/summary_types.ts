@@ -1938,6 +1938,10 @@ export interface JointReport {
   sticks: number;
   /** times that it left it [1] */
   breakaways: number;
+  /** largest friction while it was held, at any sample or time step, over its breakaway effort `static`; null: its friction does not stick [1] */
+  friction_share: number | null;
+  /** false: closed loops left the friction of this joint undetermined while it was held. The values reported are the admissible set with the minimum sum of squared shares of breakaway */
+  friction_determined: boolean;
   /** that its friction made, stops apart [J] */
   friction_heat: number;
   /** times that it met a stop [1] */
@@ -1957,6 +1961,8 @@ export const kJointReport: FieldNote[] = [
   ["mode","","at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops"],
   ["sticks","1","times that it came to rest"],
   ["breakaways","1","times that it left it"],
+  ["friction_share","1","largest friction while it was held, at any sample or time step, over its breakaway effort `static`; null: its friction does not stick"],
+  ["friction_determined","","false: closed loops left the friction of this joint undetermined while it was held. The values reported are the admissible set with the minimum sum of squared shares of breakaway"],
   ["friction_heat","J","that its friction made, stops apart"],
   ["stop_impacts","1","times that it met a stop"],
   ["stop_energy_lost","J","in these impacts, by the whole system"],
