@@ -162,7 +162,7 @@ class MinimaxSimplex {
   }
 
  private:
-  static constexpr double kZero = 2e-15;
+  static constexpr double kZero = 1e-14, kPivot = 1e-9;
 
   MatrixXd basis() const {
     MatrixXd B(k_ + 1, k_ + 1);
@@ -181,7 +181,7 @@ class MinimaxSimplex {
     Index leaving = -1;
     double least = kInfinity;
     for (Index i = 0; i <= k_; ++i) {
-      if (!(d[i] > 1e-11 * d.cwiseAbs().maxCoeff())) continue;
+      if (!(d[i] > kPivot * d.cwiseAbs().maxCoeff())) continue;
       const double ratio = std::max(y[i], 0.0) / d[i];
       const bool tie = leaving >= 0 && std::abs(ratio - least) <= 1e-14 * (1 + least);
       const bool sooner =

@@ -94,7 +94,6 @@ void JointModes::take_modes(std::span<const double> q, std::span<const double> v
     const bool rests = std::abs(rate) <= kAtRest && (j.sticks || j.end != End::none);
     j.mode = rests ? Mode::held : Mode::moving;
     j.sense = sense_of(rate);
-    j.stays = false;
   }
 }
 
@@ -138,7 +137,9 @@ void JointModes::settle(const Dynamics& dynamics) {
   response = dynamics.respond();
   take_slacks(response);
   if (fits(response, resting)) return;
-  for (Joint* j : resting) j->stays = j->mode == Mode::held;
+  // No choice fits to rounding: what is held stays so until its limits are exceeded by twice as much.
+  const double excess = held_excess(response.holding, response.open);
+  for (Joint* j : resting) j->slack *= excess > 1 - kLimitShare ? 2 * excess : 1;
 }
 
 // Units and slacks of held joints. A stop holds whatever it takes.
@@ -155,7 +156,7 @@ void JointModes::take_slacks(const Response& response) {
 EffortFamily JointModes::held_family(std::span<const double> holding, const OpenEfforts& open) const {
   std::vector<const Joint*> held;
   for (const Joint& j : joints_) {
-    if (j.mode == Mode::held && !j.stays) held.push_back(&j);
+    if (j.mode == Mode::held) held.push_back(&j);
   }
   const auto count = static_cast<Eigen::Index>(held.size());
   EffortFamily family;
@@ -202,9 +203,10 @@ void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobili
   for (Eigen::Index i = 0; i < count; ++i) slack[i] = resting[static_cast<std::size_t>(i)]->slack * root[i];
   for (Eigen::Index i = 0; i < count; ++i) {
     const double rounding = response.rounding[resting[static_cast<std::size_t>(i)]->joint];
-    program.tolerance[i] = (std::isfinite(rounding) ? rounding : 0) * root[i] +
-                           kAccelerationRounding * program.b.cwiseAbs().maxCoeff() +
-                           slack_share * program.A.row(i).cwiseAbs().dot(slack);
+    program.tolerance[i] =
+        (std::isfinite(rounding) ? rounding : 0) * root[i] + kAccelerationRounding * program.b.cwiseAbs().maxCoeff();
+    resting[static_cast<std::size_t>(i)]->rate_noise = program.tolerance[i] * root[i];
+    program.tolerance[i] += slack_share * program.A.row(i).cwiseAbs().dot(slack);
   }
   std::vector<bool> broken(resting.size(), false);
   for (bool again = true; again;) {
@@ -229,11 +231,8 @@ void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobili
 
 // Whether joints that slip do so against their friction, and those that are held can be.
 bool JointModes::fits(const Response& response, const std::vector<Joint*>& resting) const {
-  double largest = 0;
-  for (const Joint* j : resting) largest = std::max(largest, std::abs(response.acceleration[j->v]));
   for (const Joint* j : resting) {
-    if (j->mode == Mode::moving && !(response.acceleration[j->v] * j->sense > -kAccelerationRounding * largest))
-      return false;
+    if (j->mode == Mode::moving && !(response.acceleration[j->v] * j->sense > -j->rate_noise)) return false;
   }
   return response.possible && held_excess(response.holding, response.open) <= 1 - kLimitShare;
 }
@@ -263,7 +262,7 @@ std::vector<int> JointModes::share_out(const OpenEfforts& open, std::span<double
   const Eigen::VectorXd x = least.excess < 0 ? least_norm_within(family, least.x) : least.x;
   Eigen::Index i = 0;
   for (Joint& j : joints_) {
-    if (j.mode != Mode::held || j.stays) continue;
+    if (j.mode != Mode::held) continue;
     const bool is_open = family.N.row(i).cwiseAbs().maxCoeff() > 0;
     if (is_open) holding[j.joint] = j.unit * x[i], changed.push_back(j.v);
     j.undetermined = j.undetermined || is_open;

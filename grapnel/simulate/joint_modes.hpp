@@ -34,11 +34,11 @@ class JointModes {
     double lower, upper;                 // where stops are; infinite: none
     double restitution, rest_rate;
     Mode mode = Mode::moving;
-    double sense = 0;     // of its motion, +1 or -1, against which Coulomb's friction acts
-    End end = End::none;  // at which stop it is
-    double unit = 1;      // of its holding effort, where the efforts of several joints are compared [N m or N]
-    double slack = 0;     // of the holding effort [N m or N]
-    bool stays = false;   // held until modes are chosen again, whatever the margin
+    double sense = 0;       // of its motion, +1 or -1, against which Coulomb's friction acts
+    End end = End::none;    // at which stop it is
+    double unit = 1;        // of its holding effort, where the efforts of several joints are compared [N m or N]
+    double slack = 0;       // of the holding effort [N m or N]
+    double rate_noise = 0;  // rounding error of its acceleration where it slips [rad/s^2 or m/s^2]
     // Since begin():
     int sticks_count = 0, breakaways = 0, stop_impacts = 0;
     double stop_energy_lost = 0;  // [J]
