@@ -207,11 +207,15 @@ ClosureDefect closure_defect_of(const lanes::LaneLoopDefect& defect) {
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
   for (const lanes::LaneTreeRecord& tree : outcome.trees) {
-    measures.trees.push_back({quantities_of(tree.start),
-                              tree.linear_deviation,
-                              tree.angular_deviation,
-                              tree.energy_deviation,
-                              {tree.linear_scale, tree.angular_scale, tree.energy_scale}});
+    measures.trees.push_back(
+        {quantities_of(tree.start),
+         tree.linear_deviation,
+         tree.angular_deviation,
+         tree.energy_deviation,
+         {tree.linear_scale, tree.angular_scale, tree.energy_scale},
+         {tree.exchanged[phase_integral::kExchangedImpulse], tree.exchanged[phase_integral::kExchangedMoment],
+          tree.exchanged[phase_integral::kExchangedWork]},
+         {tree.start.size.mass, tree.radius, tree.distance}});
     measures.scale.linear_momentum += tree.largest_linear;
     measures.scale.angular_momentum += tree.largest_angular;
     measures.scale.energy += tree.largest_energy;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string_view>
 
@@ -14,8 +15,8 @@ namespace {
 
 enum Row : std::size_t { kLinear, kAngular, kWorkEnergy, kEnergy, kRows };
 
-// Deviation over scale; nothing deviates from nothing by nothing.
-double relative(double deviation, double scale) { return deviation == 0 ? 0.0 : deviation / scale; }
+// Deviation over scale. A scale of zero is that of a run in which nothing moves and no time passes.
+double relative(double deviation, double scale) { return deviation == 0 || scale == 0 ? deviation : deviation / scale; }
 
 // The largest so far; a NaN stays.
 void raise(double& largest, double value) {
@@ -43,7 +44,10 @@ std::vector<std::vector<int>> parts_of_trees(const CaptureSystem& system) {
 }  // namespace
 
 ConservationMonitor::ConservationMonitor(const CaptureProblem& problem, const CaptureSystem& system)
-    : bends_(!system.elastic_joints.empty()), rows_(kRows) {
+    : bends_(!system.elastic_joints.empty()),
+      rows_(kRows),
+      slowest_(slowest_motion(problem)),
+      mass_(system.model.mass()) {
   names_.push_back("servicer");
   for (const TargetSetup& target : problem.targets) names_.push_back(target.name);
   tree_parts_ = parts_of_trees(system);
@@ -107,12 +111,13 @@ ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQu
   group.now = now;
   const Momentumd difference = now.h - (group.expected + impulse);
   raise(group.scale, {group_scale(now.size).linear, group_scale(now.size).angular, 0});
+  group.reach.raise(reach_of(now.size, now.com));
   return {norm(difference.linear), norm(difference.angular)};
 }
 
 void ConservationMonitor::sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals) {
   started_ = true;
-  add_scale(quantities);
+  add_scale({quantities.linear_scale, quantities.angular_scale, quantities.kinetic_energy});
   const double dampers = std::accumulate(integrals.damper_work.begin(), integrals.damper_work.end(), 0.0);
   for (Group& group : groups_) {
     const TreeIntegrals outside = integrals.trees.empty() ? TreeIntegrals{} : integrals.trees[group.trees.front()];
@@ -125,6 +130,8 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
     // Stops that are met at the phase's first instant have taken their energy before its first sample.
     if (!group.in_phase) group.phase_energy = energy - work, group.at_phase_start = drift;
     group.in_phase = true;
+    group.exchanged = group.before;
+    if (!integrals.exchanged.empty()) group.exchanged += integrals.exchanged[group.trees.front()];
     raise(group.largest.linear, drift.linear);
     raise(group.largest.angular, drift.angular);
     raise(group.growth.linear, drift.linear - group.at_phase_start.linear);
@@ -146,31 +153,34 @@ void ConservationMonitor::take(const PhaseMeasures& measures) {
     raise(group.growth.angular, tree.angular_deviation);
     raise(controlled_ ? group.work_energy : group.energy, tree.energy_deviation);
     raise(group.scale, tree.scale);
+    group.reach.raise(tree.reach);
+    group.before += tree.exchanged;
+    group.exchanged = group.before;
     // Where the phase goes on with samples, these are against its start, too.
     group.phase_energy = tree.start.size.inner_energy, group.at_phase_start = before;
     group.in_phase = true;
   }
-  scale_.linear_momentum = std::max(scale_.linear_momentum, measures.scale.linear_momentum);
-  scale_.angular_momentum = std::max(scale_.angular_momentum, measures.scale.angular_momentum);
-  scale_.energy = std::max(scale_.energy, measures.scale.energy);
+  add_scale(measures.scale);
 }
 
 void ConservationMonitor::end_phase(const PhaseIntegrals& integrals) {
+  for (Group& group : groups_) group.before = group.exchanged;
   if (integrals.trees.empty()) return;
   for (Group& group : groups_) group.expected += integrals.trees[group.trees.front()].impulse;
 }
 
-void ConservationMonitor::add_scale(const ConservedQuantities& quantities) {
-  scale_.linear_momentum = std::max(scale_.linear_momentum, quantities.linear_scale);
-  scale_.angular_momentum = std::max(scale_.angular_momentum, quantities.angular_scale);
-  scale_.energy = std::max(scale_.energy, quantities.kinetic_energy);
+void ConservationMonitor::add_scale(const LedgerScale& scale) {
+  scale_.linear_momentum = std::max(scale_.linear_momentum, scale.linear_momentum);
+  scale_.angular_momentum = std::max(scale_.angular_momentum, scale.angular_momentum);
+  scale_.energy = std::max(scale_.energy, scale.energy);
+  slowest_.speed = std::sqrt(2 * scale_.energy / mass_);
 }
 
 // --- Between phases ---
 
 void ConservationMonitor::instant(const ConservedQuantities& quantities) {
   started_ = true;
-  add_scale(quantities);
+  add_scale({quantities.linear_scale, quantities.angular_scale, quantities.kinetic_energy});
   std::vector<GroupQuantities> trees;
   for (Group& group : groups_) {
     trees.clear();
@@ -214,52 +224,68 @@ void ConservationMonitor::merge(const std::vector<bool>& which) {
     all.known = group.known;
     inherit(all, group);
     retire(group);
+    all.before += group.exchanged;
+    all.reach.distance = std::max(all.reach.distance, group.reach.distance);
   }
+  all.exchanged = all.before;
   std::erase_if(groups_, meets);
   std::sort(all.parts.begin(), all.parts.end());
   all.now = together(actual);
   all.expected = together(expected).h;
   const GroupScale<double> scale = group_scale(all.now.size);
   raise(all.scale, {scale.linear, scale.angular, 0});
+  all.reach.raise(reach_of(all.now.size, all.now.com));
   groups_.push_back(std::move(all));
   find_trees();
 }
 
 void ConservationMonitor::enter(const Momentumd& momentum) {
   for (Group& group : groups_) {
-    if (holds_servicer(group)) group.entered += momentum;
+    if (!holds_servicer(group)) continue;
+    group.entered += momentum;
+    const Vector3d about_com = momentum.angular - cross(group.now.com, momentum.linear);
+    group.before += {norm(momentum.linear), norm(about_com), 0};
+    group.exchanged = group.before;
   }
 }
 
 // --- The rows ---
 
+GroupScale<double> ConservationMonitor::scale_of(const Group& group) const {
+  return ledger_scale(group.scale, group.exchanged, group.reach, slowest_);
+}
+
 void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) const {
-  const auto note = [&](Row row, double deviation, double scale) {
-    const double value = relative(deviation, scale);
+  const GroupScale<double> scale = scale_of(group);
+  const auto note = [&](Row row, double deviation, double relative_to) {
+    const double value = relative(deviation, relative_to);
     if (value <= rows[row].value || std::isnan(rows[row].value)) return;
-    rows[row] = {value, scale, group.parts};
+    rows[row] = {value, relative_to, group.parts};
   };
-  note(kLinear, group.largest.linear, group.scale.linear);
-  note(kAngular, group.largest.angular, group.scale.angular);
+  note(kLinear, group.largest.linear, scale.linear);
+  note(kAngular, group.largest.angular, scale.angular);
   // Where all have come to rest, what is left is what the tolerances leave of the energy before.
   const double inherited = bends_ ? kScaleFloor : kScaleFloor * kScaleFloor;
-  const double energy = std::max(group.scale.energy, inherited * group.earlier_energy);
+  const double energy = std::max(scale.energy, inherited * group.earlier_energy);
   note(kWorkEnergy, group.work_energy, energy);
   note(kEnergy, group.energy, energy);
 }
 
 void ConservationMonitor::retire(const Group& group) {
   judge(group, rows_);
-  raise(jump_,
-        std::max(relative(group.jump.linear, group.scale.linear), relative(group.jump.angular, group.scale.angular)));
-  raise(growth_, std::max(relative(group.growth.linear, group.scale.linear),
-                          relative(group.growth.angular, group.scale.angular)));
+  const GroupScale<double> scale = scale_of(group);
+  const auto worse = [&](const Drift& drift) {
+    return std::max(relative(drift.linear, scale.linear), relative(drift.angular, scale.angular));
+  };
+  raise(jump_, worse(group.jump));
+  raise(growth_, worse(group.growth));
+  raise(farthest_, group.reach.distance);
 }
 
 DriftCause ConservationMonitor::cause() const {
   ConservationMonitor all = *this;
   for (const Group& group : groups_) all.retire(group);
-  return {all.jump_ > all.growth_, any_integrated_};
+  return {all.jump_ > all.growth_, any_integrated_, all.farthest_};
 }
 
 void ConservationMonitor::write(Ledger& ledger) const {
@@ -331,6 +357,23 @@ std::string smaller_steps(const IntegrationSetup& integration) {
          "magnitude";
 }
 
+bool is_at_rounding(const IntegrationSetup& integration) {
+  return integration.method != IntegrationSetup::Method::rk4 && integration.relative_tolerance <= kRounding &&
+         integration.absolute_tolerance <= kRounding;
+}
+
+// Of momentum that is integrated with tolerances that no smaller ones improve.
+std::string rounded_places(double distance) {
+  constexpr double kFar = 10;  // [m]
+  const char* others = "look for masses, forces or rates that differ by many orders of magnitude within one group";
+  if (distance < kFar) return fmt::format("the tolerances are at rounding already: {}", others);
+  return fmt::format(
+      "the tolerances are at rounding already, but a group of bodies gets {:.3g} m away from the uniform motion with "
+      "which the base begins, where positions are rounded to {:.1g} m: shorter phases, or an initial velocity of the "
+      "base nearer to that of the motion, may mend it; else {}",
+      distance, distance * std::numeric_limits<double>::epsilon(), others);
+}
+
 constexpr const char* kImpactEquations =
     "the equations of the impact are not solved to rounding, and no tolerance mends that: look for masses or inertias "
     "that differ by many orders of magnitude, or a nearly singular configuration (impact.rank)";
@@ -357,6 +400,7 @@ std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, s
   if (momentum && !drift.integrated && integration.root_velocity == IntegrationSetup::RootVelocity::recovered)
     return "momentum is recovered, not integrated, so that no tolerance mends it: look for positions, speeds or masses "
            "that differ by many orders of magnitude within one group of bodies";
+  if (momentum && is_at_rounding(integration)) return rounded_places(drift.distance);
   return smaller_steps(integration);
 }
 

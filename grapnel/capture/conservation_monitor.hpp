@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/capture/ledger_scale.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact_report/impact_report.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -53,6 +54,7 @@ std::vector<int> trees_of_bodies(const Model& model);
 struct DriftCause {
   bool in_impact = false;   // at an instant, not in motion
   bool integrated = false;  // in a phase whose momentum is integrated instead of recovered
+  double distance = 0;      // largest of a group's centre of mass from the origin of the computation [m]
 };
 
 /// Fills in LedgerEntry::advice of every row of conservation that fails.
@@ -65,6 +67,8 @@ struct TreeMeasures {
   double angular_deviation = 0;  // the same of the angular momentum about the tree's centre of mass [N m s]
   double energy_deviation = 0;   // largest |U(t) - U(start) - work|, U: GroupSize::inner_energy [J]
   GroupScale<double> scale{};    // largest in the phase
+  TreeExchange exchanged = {};   // in the phase
+  GroupReach reach = {};         // largest in the phase
 };
 struct PhaseMeasures {
   std::vector<TreeMeasures> trees;  // in the order of their roots
@@ -115,9 +119,11 @@ class ConservationMonitor {
     Drift largest, at_phase_start, jump, growth;
     double work_energy = 0, energy = 0;
     double phase_energy = 0;
-    bool in_phase = false;  // the phase has been looked at
-    GroupScale<double> scale{0, 0, 0};
-    double earlier_energy = 0;  // [J] largest scale of the groups that its parts were in before
+    bool in_phase = false;              // the phase has been looked at
+    GroupScale<double> scale{0, 0, 0};  // of its motion
+    GroupReach reach;
+    TreeExchange exchanged, before;  // since it came to be; until the present phase began
+    double earlier_energy = 0;       // [J] largest scale of the groups that its parts were in before
   };
   /// The worst group of a row.
   struct Worst {
@@ -130,9 +136,10 @@ class ConservationMonitor {
   static void inherit(Group& group, const Group& before);
   void merge(const std::vector<bool>& which);
   void retire(const Group& group);
+  GroupScale<double> scale_of(const Group& group) const;
   void judge(const Group& group, std::vector<Worst>& rows) const;
   Drift look(Group& group, const GroupQuantities& now, const Momentumd& impulse);
-  void add_scale(const ConservedQuantities& quantities);
+  void add_scale(const LedgerScale& scale);
 
   std::vector<std::string> names_;            // of the parts
   std::vector<std::vector<int>> tree_parts_;  // per tree of the model at hand
@@ -140,10 +147,13 @@ class ConservationMonitor {
   bool bends_ = false;            // springs store energy, which the absolute tolerance bounds
   std::vector<Worst> rows_;       // of groups that are no more: the four rows in their order
   double jump_ = 0, growth_ = 0;  // of groups that are no more, relative
+  double farthest_ = 0;           // likewise [m]
+  SlowestMotion slowest_;
   bool started_ = false;
   bool controlled_ = false;
   bool any_controlled_ = false, any_uncontrolled_ = false, any_integrated_ = false;
   LedgerScale scale_;  // of everything
+  double mass_ = 0;
 };
 
 /// The largest residuals of a run's impacts, as rows of the ledger.

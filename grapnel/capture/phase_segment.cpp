@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "grapnel/capture/replanning.hpp"
@@ -24,11 +25,58 @@ bool has_damping(const Model& model) {
   });
 }
 
+// The speed that a load gives a tree by itself [m/s; rad/s times its radius of gyration].
+double speed_by(const ExternalLoad& load, const GroupSize<double>& tree, double duration) {
+  Wrenchd F = load.amplitude;
+  for (const Wrenchd& value : load.profile.values) {
+    F.linear = norm(value.linear) > norm(F.linear) ? value.linear : F.linear;
+    F.angular = norm(value.angular) > norm(F.angular) ? value.angular : F.angular;
+  }
+  double force = norm(F.linear);
+  if (load.stream) force += load.stream->pressure * load.stream->area;
+  const bool is_sine = load.profile.shape == LoadProfile::Shape::sine;
+  const double time = is_sine ? std::min(duration, 1 / (2 * M_PI * load.profile.frequency)) : duration;
+  const double radius = std::sqrt(tree.second_moment / tree.mass);
+  return (force + norm(F.angular) / radius) * time / tree.mass;
+}
+
+// The speed of the slowest tree that moves, from its motion as the piece begins and the loads on it, but not less than
+// what rounding leaves of the fastest one's [m/s]; zero if nothing moves.
+double slowest_speed(const PhaseDynamics& dynamics, const State& start, double duration) {
+  constexpr double kTenRoundings = 2e-4;  // relative to a tolerance of 1e-11
+  const Model& model = dynamics.model();
+  const ConservedQuantities at_start = conserved_quantities(model, forward_kinematics(model, start), start);
+  const std::vector<int> tree_of = trees_of_bodies(model);
+  double slowest = std::numeric_limits<double>::infinity(), fastest = 0;
+  for (std::size_t t = 0; t < at_start.trees.size(); ++t) {
+    const GroupSize<double>& size = at_start.trees[t].size;
+    double speed = std::sqrt(2 * size.energy / size.mass);
+    speed = std::max(speed, norm(dynamics.setup().gravity) * duration);
+    for (const ExternalLoad& load : dynamics.setup().loads) {
+      if (tree_of[static_cast<std::size_t>(load.body)] == static_cast<int>(t))
+        speed = std::max(speed, speed_by(load, size, duration));
+    }
+    if (speed > 0) slowest = std::min(slowest, speed);
+    fastest = std::max(fastest, speed);
+  }
+  return fastest > 0 ? std::max(slowest, kTenRoundings * fastest) : 0;
+}
+
+// Absolute tolerance for a motion that is so slow that the usual one would decide about its energy; never more than
+// that. Drives and springs turn rounding of positions into accelerations: below `least` there is nothing to be gained.
+double for_slow_motion(double absolute_tolerance, double relative_tolerance, double speed, double least) {
+  constexpr double kShare = 10;  // of the relative tolerance
+  const double wanted = std::max(kShare * relative_tolerance * speed, least);
+  if (!(speed > 0) || wanted >= absolute_tolerance) return absolute_tolerance;
+  return std::pow(10, std::floor(std::log10(wanted)));  // cases in lanes have one tolerance
+}
+
 // Tolerances of a piece of motion. What acts from outside is integrated, not recovered from conserved momenta, and
 // integration errors of the impulse show in the ledger at full size: such phases take tolerances a tenth of the
-// others'.
-IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynamics& dynamics, double duration,
-                                bool controlled) {
+// others'. A motion that is slow throughout has them relative to its speed, so that the ledger's demands on energy,
+// which are relative, are met however slow it is.
+IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynamics& dynamics, const State& start,
+                                double duration, bool controlled) {
   IntegrationSetup integration = asked;
   // Dense output is of order 7: over the long steps of a smoothly driven motion the work between steps would miss its
   // bound.
@@ -48,6 +96,12 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
     integration.relative_tolerance = std::min(integration.relative_tolerance, free);
     integration.absolute_tolerance = std::min(integration.absolute_tolerance, free);
   }
+  // Near an orbit rounding of places disturbs more than this could gain.
+  if (dynamics.setup().orbit || (controlled && !dynamics.is_disturbed())) return integration;
+  const bool pulls_back = controlled || has_damping(dynamics.model()) || !dynamics.setup().closures.empty();
+  const double least = pulls_back ? 1e-16 : 1e-20;
+  integration.absolute_tolerance = for_slow_motion(integration.absolute_tolerance, integration.relative_tolerance,
+                                                   slowest_speed(dynamics, start, duration), least);
   return integration;
 }
 
@@ -166,7 +220,7 @@ void PhaseSegment::describe(const std::string& name, double end, bool controlled
   task_.model = &bodies.system.model, task_.setup = &dynamics_.setup();
   task_.start = bodies.state;
   task_.begin = bodies.time, task_.end = end;
-  task_.integration = tolerances_for(run_.problem.integration, dynamics_, end - bodies.time, controlled);
+  task_.integration = tolerances_for(run_.problem.integration, dynamics_, bodies.state, end - bodies.time, controlled);
 }
 
 // --- Integration ---

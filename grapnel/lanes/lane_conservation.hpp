@@ -58,6 +58,8 @@ struct PackDeviation {
   S linear, angular, energy;
   GroupScale<S> scale;
   S largest_linear, largest_angular, largest_energy;
+  S exchanged[phase_integral::kExchangeCount];
+  S radius, distance;
 
   GRAPNEL_INLINE void begin(const typename S::Mask& lanes, const GroupSize<S>& size) {
     const GroupScale<S> first = group_scale(size);
@@ -69,6 +71,12 @@ struct PackDeviation {
     largest_linear = select(lanes, size.linear, largest_linear);
     largest_angular = select(lanes, size.angular, largest_angular);
     largest_energy = select(lanes, size.energy, largest_energy);
+    for (S& amount : exchanged) amount = select(lanes, zero, amount);
+    radius = select(lanes, zero, radius), distance = select(lanes, zero, distance);
+  }
+  /// What passed through the tree at these rates (TreeExchange) for so long.
+  GRAPNEL_INLINE void exchange(const S* rates, const S& duration) {
+    for (int k = 0; k < phase_integral::kExchangeCount; ++k) exchanged[k] += rates[k] * duration;
   }
   GRAPNEL_INLINE void look(const PackTree<S>& start, const PackTree<S>& now, const PackIntegrals<S>& since) {
     linear = max(linear, norm(Vector3<S>(now.linear - start.linear - since.linear)));
@@ -81,12 +89,17 @@ struct PackDeviation {
     largest_linear = max(largest_linear, now.size.linear);
     largest_angular = max(largest_angular, now.size.angular);
     largest_energy = max(largest_energy, now.size.energy);
+    radius = max(radius, S(sqrt(S(now.size.second_moment / now.size.mass))));
+    distance = max(distance, norm(now.com));
   }
   LaneTreeRecord get(int lane, const PackTree<S>& start, const PackTree<S>& end) const {
-    return {start.get(lane),           end.get(lane),           linear.get(lane),
-            angular.get(lane),         energy.get(lane),        scale.linear.get(lane),
-            scale.angular.get(lane),   scale.energy.get(lane),  largest_linear.get(lane),
-            largest_angular.get(lane), largest_energy.get(lane)};
+    return {start.get(lane),          end.get(lane),
+            linear.get(lane),         angular.get(lane),
+            energy.get(lane),         scale.linear.get(lane),
+            scale.angular.get(lane),  scale.energy.get(lane),
+            largest_linear.get(lane), largest_angular.get(lane),
+            largest_energy.get(lane), {exchanged[0].get(lane), exchanged[1].get(lane), exchanged[2].get(lane)},
+            radius.get(lane),         distance.get(lane)};
   }
 };
 

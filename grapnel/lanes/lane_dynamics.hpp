@@ -243,6 +243,8 @@ class LaneDynamics {
   void recover(const S& t, S* y);
   /// dy/dt. Overwrites prescribed joints in y.
   void operator()(const S& t, S* y, S* dydt);
+  /// Of the state y, which was evaluated last: rates of TreeExchange, phase_integral::kExchangeCount per tree.
+  void exchange_rates(const S* y, S* rates);
   /// What a link's motor does in the state evaluated last, whatever moves the joint; zero where none is driven.
   S motor_effort(int i) const {
     const LinkTable& link = tables_.links[i];
@@ -616,6 +618,25 @@ void LaneDynamics<S>::add_ground(S* rates) {
     if (!tables_.links[i].is_grounded) continue;
     const LinkScratch<S>& root = jointed_workspace_.links[static_cast<std::size_t>(place_[i])];
     outside_.add_ground(i, root.I * root.A + root.p, rates);
+  }
+}
+
+template <class S>
+void LaneDynamics<S>::exchange_rates(const S* y, S* rates) {
+  constexpr int kCount = phase_integral::kExchangeCount;
+  for (int i = 0; i < kCount * tables_.tree_count; ++i) rates[i] = S(0.0);
+  for (int i = 0; i < tables_.link_count; ++i) {
+    const LinkTable& link = tables_.links[i];
+    if (!has_one_axis(link.joint)) continue;
+    S& power = rates[kCount * tables_.tree_of[i] + phase_integral::kExchangedWork];
+    power += (abs(motor_effort(i)) + abs(friction_[i])) * abs(y[tables_.coordinates + link.v]);
+  }
+  if (!outside_.acts()) return;
+  outside_.add_exchange(rates);
+  for (int i = 0; tables_.outside.has_ground && i < tables_.link_count; ++i) {
+    if (!tables_.links[i].is_grounded) continue;
+    const LinkScratch<S>& root = jointed_workspace_.links[static_cast<std::size_t>(place_[i])];
+    outside_.add_ground_exchange(i, root.I * root.A + root.p, rates);
   }
 }
 

@@ -66,6 +66,9 @@ class LaneOutside {
   void add_rates(const Tree<S>& tree, S* rates);
   /// The same, after that, of the wrench that keeps a root's link where it is: about the link's origin, in its axes.
   void add_ground(int link, const Wrench<S>& F_L, S* rates) const;
+  /// Both again, of magnitudes: adds to the rates of TreeExchange, per tree.
+  void add_exchange(S* rates) const;
+  void add_ground_exchange(int link, const Wrench<S>& F_L, S* rates) const;
 
  private:
   using TreeMotion = phase_integral::TreeMotion<S>;
@@ -319,6 +322,28 @@ void LaneOutside<S>::add_ground(int link, const Wrench<S>& F_L, S* rates) const 
   const Pose<S>& X_WL = motion_[link].X_WL;
   const Wrench<S> F = X_WL.R * F_L;
   phase_integral::add_wrench<S>(rates, t, trees_[t], F.linear, X_WL.p, F.angular, S(0.0));
+}
+
+template <class S>
+void LaneOutside<S>::add_exchange(S* rates) const {
+  using namespace phase_integral;
+  for (int t = 0; tables_.outside.has_gravity && t < tables_.tree_count; ++t)
+    rates[kExchangeCount * t + kExchangedImpulse] += trees_[t].mass * norm(gravity());
+  for (int i = 0; i < tables_.link_count; ++i) {
+    if (is_acted_on_[i] == 0) continue;
+    const int t = tables_.tree_of[i];
+    phase_integral::add_exchange<S>(rates + kExchangeCount * t, trees_[t], wrench_[i].linear, motion_[i].X_WL.p,
+                                    wrench_[i].angular, dot(wrench_[i], motion_[i].V_WL));
+  }
+}
+
+template <class S>
+void LaneOutside<S>::add_ground_exchange(int link, const Wrench<S>& F_L, S* rates) const {
+  using namespace phase_integral;
+  const int t = tables_.tree_of[link];
+  const Pose<S>& X_WL = motion_[link].X_WL;
+  const Wrench<S> F = X_WL.R * F_L;
+  phase_integral::add_exchange<S>(rates + kExchangeCount * t, trees_[t], F.linear, X_WL.p, F.angular, S(0.0));
 }
 
 }  // namespace grapnel::lanes

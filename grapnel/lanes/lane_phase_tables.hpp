@@ -11,6 +11,7 @@
 #include "grapnel/model/tree.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
+#include "grapnel/simulate/phase_integrals.hpp"
 
 namespace grapnel::lanes {
 
@@ -230,6 +231,8 @@ struct LaneTreeRecord {
   double energy_deviation;   // |U - U(start) - work of motors, friction and from outside|, U the inner energy [J]
   double linear_scale, angular_scale, energy_scale;        // group_scale()
   double largest_linear, largest_angular, largest_energy;  // of GroupSize: without floors
+  double exchanged[phase_integral::kExchangeCount];        // as TreeExchange
+  double radius, distance;  // largest radius of gyration, and distance of the centre of mass from the origin [m]
 };
 
 /// How far closures are open, at the largest over them; see ClosureDefect.

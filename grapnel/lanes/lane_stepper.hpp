@@ -160,7 +160,7 @@ class LaneStepper {
   void settle(unsigned lanes, const S& t, S* y, double negligible);
   void leave_in_doubt(unsigned lanes);
   void note_loops(unsigned accepted, const Mask& good, const S& error);
-  void check_conservation();
+  void check_conservation(const S& h);
   // Momentum and energy of the states at hand, per tree.
   void measure(PackTree<S>* trees) {
     const std::span<const S> q = dynamics_.coordinates(y_.data());
@@ -196,6 +196,7 @@ class LaneStepper {
   LaneArray<S, PackTree<S>> start_trees_, now_trees_, fresh_trees_;  // per tree
   LaneArray<S, PackDeviation<S>> deviations_;
   LaneArray<S, LaneTreeRecord> result_trees_;
+  LaneArray<S> exchange_rates_;  // phase_integral::kExchangeCount per tree
   // How loops are kept closed; see LaneLoopRecord.
   LaneProjection<S> projection_;  // the last
   S correction_ = S(0.0);         // its size
@@ -240,7 +241,8 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       now_trees_(tables.tree_count),
       fresh_trees_(tables.tree_count),
       deviations_(tables.tree_count),
-      result_trees_(tables.tree_count) {}
+      result_trees_(tables.tree_count),
+      exchange_rates_(phase_integral::kExchangeCount * tables.tree_count) {}
 
 // --- How lanes take cases, begin them and hand back what became of them. ---------------------------------------------
 
@@ -590,7 +592,8 @@ void LaneStepper<S>::attempt() {
       y_[i] = select(lanes, end_[i], y_[i]);
       stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
     }
-    check_conservation();
+    dynamics_.exchange_rates(end_.data(), exchange_rates_.data());
+    check_conservation(select(lanes, h, S(0.0)));
   }
   judge(accepted, good, error, defect);
 }
@@ -727,11 +730,20 @@ PackIntegrals<S> LaneStepper<S>::since_start(int tree) const {
   return since;
 }
 
-// Momentum and energy of the states at hand. A lane that has not moved finds what it found before.
+// Momentum and energy of the states at hand, after steps of the size h: zero in lanes that have not moved, which find
+// what they found before. What was exchanged is taken as at the ends of steps.
 template <class S>
-void LaneStepper<S>::check_conservation() {
+void LaneStepper<S>::check_conservation(const S& h) {
   measure(now_trees_.data());
-  for (int i = 0; i < tables_.tree_count; ++i) deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
+  for (int i = 0; i < tables_.tree_count; ++i) {
+    deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
+    for (int k = 0; k < phase_integral::kExchangeCount; ++k) {
+      // Lanes whose step does not count may hold anything.
+      S& rate = exchange_rates_[phase_integral::kExchangeCount * i + k];
+      rate = select(h > S(0.0), rate, S(0.0));
+    }
+    deviations_[i].exchange(exchange_rates_.data() + phase_integral::kExchangeCount * i, h);
+  }
   if (has_loops()) open_.raise(loop_defects());
 }
 

@@ -251,7 +251,7 @@ struct LoadMargin {
   std::string quantity;
   double load = 0;
   double rating = 0;
-  double margin() const { return 1 - load / rating; }
+  double margin() const { return load == 0 ? 1 : 1 - load / rating; }
 };
 
 /// How much faster an arm's end-effector might meet its target before one of the arm's ratings is reached, all relative
@@ -468,7 +468,7 @@ struct PeakLoad {
   double time = 0;
   double rating = std::numeric_limits<double>::infinity();  // infinite: none is given
   bool assumed_duration = false;
-  double margin() const { return 1 - peak / rating; }
+  double margin() const { return peak == 0 ? 1 : 1 - peak / rating; }
 };
 
 /// The first thing that a real robot could not have done, in the order of time.

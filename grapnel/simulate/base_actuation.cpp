@@ -110,6 +110,13 @@ std::vector<double> BaseActuation::wheel_rates(std::span<const double> v) const 
   return rates;
 }
 
+bool BaseActuation::holds_wheel(int velocity) const {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.wheels()[i].velocity == velocity) return wheels_.mode(i) == WheelArray::Mode::held;
+  }
+  return false;
+}
+
 void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
                           std::span<double> effort, std::span<double> force) {
   if (actuators_.one_by_one) {

@@ -73,6 +73,8 @@ class BaseActuation {
   const GyroArray& gyros() const { return gyros_; }
   /// Rates of the wheels in a state's velocities [rad/s].
   std::vector<double> wheel_rates(std::span<const double> v) const;
+  /// Whether the wheel with this velocity is held at its largest rate.
+  bool holds_wheel(int velocity) const;
   /// What attitude control asks for in a state; zero without it [N m], in the root's axes. `ahead`: what is fed
   /// forward, within the law's limit.
   Vector3d attitude_torque_in(const State& state, const Vector3d& ahead = Vector3d::zero()) const;

@@ -213,6 +213,7 @@ Manifold PhaseDynamics::manifold() const {
   Manifold manifold;
   manifold.size = size();
   manifold.quaternions = model_.quaternions();
+  manifold.controlled = size() - exchange_count();
   return manifold;
 }
 
@@ -250,6 +251,11 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t, const P
   // Without them dampers are in the work of friction, of the one tree that has any.
   if (integrals.damper_work.size() == static_cast<std::size_t>(damper_integral_count()))
     std::copy(integrals.damper_work.begin(), integrals.damper_work.end(), at);
+  at += damper_integral_count();
+  for (const TreeExchange& tree : integrals.exchanged) {
+    at[kExchangedImpulse] = tree.impulse, at[kExchangedMoment] = tree.angular_impulse, at[kExchangedWork] = tree.work;
+    at += kExchangeCount;
+  }
   return y;
 }
 
@@ -680,20 +686,28 @@ void PhaseDynamics::meet_stops(double t, std::span<double> y) {
   hold_joints();
 }
 
-// Of the last response: the work of joints that keep their rates, and what the ground gave.
+// Of the last response: the work of motors that keep their rates, and what the ground gave. An impulse works at the
+// mean of the velocities before and after it.
 void PhaseDynamics::book_impulses(std::span<double> y) {
   const std::span<double> integrals = y.subspan(now_.q.size() + now_.v.size(), integral_count());
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const int v = model_.bodies()[model_.joints()[j]].v;
-    if (output_of(setup_.drives[j].control) == ControlOutput::motion)
-      integrals[kMotorWork] += workspace_.force[v] * now_.v[v];
-  }
+  for (std::size_t i = 0; i < now_.v.size(); ++i) now_.v[i] += 0.5 * vdot_[i];
+  const auto work_of_motor = [&](std::size_t joint) {
+    const int v = model_.bodies()[model_.joints()[joint]].v;
+    const bool holds = output_of(setup_.drives[joint].control) == ControlOutput::motion || base_.holds_wheel(v);
+    return holds ? workspace_.force[v] * now_.v[v] : 0.0;
+  };
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) integrals[kMotorWork] += work_of_motor(j);
+  double* exchanged = integrals.data() + integrals.size() - exchange_count();
+  double* of_joint = exchanged - damper_integral_count() - joint_integral_count();
+  for (std::size_t n = 0; n < measured_.size(); ++n)
+    of_joint[kJointCount * n + kJointMotor] += work_of_motor(measured_[n]);
   if (!has_external_) return;
   forward_kinematics(model_, now_, workspace_.kinematics);
   measure_trees();
   add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
     const std::size_t tree = tree_of_[body];
     add_wrench(integrals.data(), static_cast<int>(tree), trees_[tree], force, p_W, moment, 0.0);
+    add_exchange(exchanged + kExchangeCount * tree, trees_[tree], force, p_W, moment, 0.0);
   });
 }
 
@@ -751,19 +765,21 @@ void PhaseDynamics::measure_trees() {
 // root, and of the wrench that holds a root; of the whole and of each tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
-  const auto on_ground = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
-    const std::size_t t = tree_of_[body];
-    add_wrench(integrals.data(), static_cast<int>(t), trees_[t], force, p_W, moment, 0.0);
-  };
   const Kinematics& k = workspace_.kinematics;
+  double* exchanged = integrals.data() + integrals.size() - exchange_count();
   const auto add = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment,
                        double power) {
     const std::size_t t = tree_of_[body];
     add_wrench(integrals.data(), static_cast<int>(t), trees_[t], force, p_W, moment, power);
+    add_exchange(exchanged + kExchangeCount * t, trees_[t], force, p_W, moment, power);
   };
-  for (std::size_t t = 0; t < trees_.size(); ++t)
+  for (std::size_t t = 0; t < trees_.size(); ++t) {
     add_weight(integrals.data(), static_cast<int>(t), trees_[t], setup_.gravity);
-  add_ground(on_ground);
+    exchanged[kExchangeCount * t + kExchangedImpulse] += trees_[t].mass * norm(setup_.gravity);
+  }
+  add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
+    add(body, force, p_W, moment, 0.0);
+  });
   for (const ExternalWrench& e : wrenches_)
     add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
   if (const int root = base_.root(); base_.acts_from_outside()) {
@@ -790,17 +806,21 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   std::copy(vdot_.begin(), vdot_.end(), dydt.begin() + nq);
   const std::span<double> integrals = dydt.subspan(nq + nv, integral_count());
   std::fill(integrals.begin(), integrals.end(), 0.0);
+  double* exchanged = integrals.data() + integrals.size() - exchange_count();
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const double rate = now_.v[model_.bodies()[model_.joints()[j]].v];
+    const int body = model_.joints()[j];
+    const double rate = now_.v[model_.bodies()[body].v];
     integrals[kMotorWork] += motor_[j] * rate;
     integrals[kFrictionWork] += friction_[j] * rate;
+    exchanged[kExchangeCount * tree_of_[body] + kExchangedWork] +=
+        (std::abs(motor_[j]) + std::abs(friction_[j])) * std::abs(rate);
   }
   if (has_external_) add_external(integrals);
   add_joint_integrals(integrals);
 }
 
 void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
-  double* dampers = integrals.data() + integrals.size() - damper_integral_count();
+  double* dampers = integrals.data() + integrals.size() - exchange_count() - damper_integral_count();
   for (const int body : has_dampers_ ? model_.springs() : std::vector<int>{}) {
     const Body& b = model_.bodies()[body];
     dampers[tree_of_[body]] -= b.description.joint.spring->damping * now_.v[b.v] * now_.v[b.v];
@@ -873,10 +893,16 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
-  const std::size_t common = numbers.size() - joint_integral_count() - damper_integral_count();
+  const std::size_t common = numbers.size() - exchange_count() - joint_integral_count() - damper_integral_count();
   PhaseIntegrals integrals = phase_integrals(numbers.first(common));
-  const std::span<const double> dampers = numbers.last(damper_integral_count());
+  const std::span<const double> exchanged = numbers.last(exchange_count());
+  const std::span<const double> dampers =
+      numbers.first(numbers.size() - exchange_count()).last(damper_integral_count());
   integrals.damper_work.assign(dampers.begin(), dampers.end());
+  for (std::size_t t = 0; t < trees_.size(); ++t) {
+    const double* of_tree = exchanged.data() + kExchangeCount * t;
+    integrals.exchanged.push_back({of_tree[kExchangedImpulse], of_tree[kExchangedMoment], of_tree[kExchangedWork]});
+  }
   const double* at = numbers.data() + common;
   for (std::size_t j : measured_) {
     integrals.joints.push_back({j, at[kJointMotor], at[kJointFriction], at[kJointCopper]});

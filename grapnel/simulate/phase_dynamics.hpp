@@ -6,9 +6,10 @@
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse; and these of each tree, where anything acts from outside. They are under error control: where
-/// joints move as prescribed, little else limits the step. Joints are free, driven by a controller, or move as
-/// prescribed; a root may be held by an ideal wrench or be under attitude control; loads may act on any body; closures
-/// keep loops of the tree closed. Thread safety: one thread at a time (it owns a workspace).
+/// joints move as prescribed, little else limits the step. The magnitudes exchanged (TreeExchange) are carried along.
+/// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
+/// attitude control; loads may act on any body; closures keep loops of the tree closed. Thread safety: one thread at a
+/// time (it owns a workspace).
 
 #include <memory>
 #include <optional>
@@ -204,8 +205,9 @@ class PhaseDynamics {
   int integral_count() const {
     using namespace phase_integral;
     return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count() +
-           damper_integral_count();
+           damper_integral_count() + exchange_count();
   }
+  int exchange_count() const { return phase_integral::kExchangeCount * static_cast<int>(trees_.size()); }
   int damper_integral_count() const { return has_dampers_ ? static_cast<int>(trees_.size()) : 0; }
   int joint_integral_count() const { return phase_integral::kJointCount * static_cast<int>(measured_.size()); }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }

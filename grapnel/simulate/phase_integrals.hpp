@@ -6,6 +6,7 @@
 /// among the numbers that are integrated, and their rates: the latter as one text for a capture on its own (double) and
 /// for many in SIMD lanes (packs, grapnel/lanes/).
 
+#include <cmath>
 #include <vector>
 
 #include "grapnel/spatial/spatial_vector.hpp"
@@ -17,6 +18,18 @@ struct TreeIntegrals {
   /// Moments are about the tree's centre of mass as it moves, so that a uniform motion of everything changes nothing.
   Momentumd impulse = Momentumd::zero();
   double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
+};
+
+/// What passed through a tree since a phase began, as integrals of magnitudes, in which nothing cancels: the
+/// conservation checks measure deviations against them.
+struct TreeExchange {
+  double impulse = 0;          // of each force from outside [N s]
+  double angular_impulse = 0;  // of each wrench from outside, about the tree's centre of mass [N m s]
+  double work = 0;             // of each motor, friction and wrench, in the frame of the centre of mass [J]
+  TreeExchange& operator+=(const TreeExchange& other) {
+    impulse += other.impulse, angular_impulse += other.angular_impulse, work += other.work;
+    return *this;
+  }
 };
 
 /// What went through one joint.
@@ -37,7 +50,8 @@ struct PhaseIntegrals {
   std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
   /// Of dampers at joints with springs, part of friction_work, per tree; empty where there are none [J].
   std::vector<double> damper_work = {};
-  std::vector<JointIntegrals> joints = {};  // with sticking friction, stops or a motor (JointDescription)
+  std::vector<JointIntegrals> joints = {};   // with sticking friction, stops or a motor (JointDescription)
+  std::vector<TreeExchange> exchanged = {};  // in the order of the roots; empty: not measured
 };
 
 namespace phase_integral {
@@ -52,6 +66,9 @@ inline constexpr int kTreeCount = 7;
 // After them, of joints with sticking friction, stops or a motor: work of motor and friction, copper loss [J].
 inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
 inline constexpr int kJointCount = 3;
+// At the end, tree by tree, the magnitudes of TreeExchange. They are not under error control.
+inline constexpr int kExchangedImpulse = 0, kExchangedMoment = 1, kExchangedWork = 2;
+inline constexpr int kExchangeCount = 3;
 
 /// A tree of the model at an instant.
 template <class S>
@@ -78,7 +95,18 @@ GRAPNEL_INLINE void add_wrench(S* rates, int t, const TreeMotion<S>& tree, const
   own[kTreeWork] += S(power - dot(force, tree.velocity));
 }
 
-/// The same of uniform gravity [m/s^2] on tree number `t`: at its centre of mass, relative to which it does nothing.
+/// Adds the magnitudes of the same wrench to a tree's TreeExchange rates.
+template <class S>
+GRAPNEL_INLINE void add_exchange(S* exchanged, const TreeMotion<S>& tree, const Vector3<S>& force,
+                                 const Vector3<S>& p_W, const Vector3<S>& moment, const S& power) {
+  using std::abs;
+  exchanged[kExchangedImpulse] += norm(force);
+  exchanged[kExchangedMoment] += norm(Vector3<S>(moment + cross(p_W - tree.com, force)));
+  exchanged[kExchangedWork] += abs(S(power - dot(force, tree.velocity)));
+}
+
+/// What add_wrench() does, of uniform gravity [m/s^2] on tree number `t`: at its centre of mass, relative to which it
+/// does nothing.
 template <class S>
 GRAPNEL_INLINE void add_weight(S* rates, int t, const TreeMotion<S>& tree, const Vector3<S>& gravity) {
   const Vector3<S> weight = tree.mass * gravity, moment = cross(tree.com, weight);

@@ -468,6 +468,9 @@ struct LoadQuantity {
   bool limited;  // by what a drive can exert
 };
 
+// What bore nothing has no record in a result (LoadMonitor): in a run that came to its end its load is zero.
+bool bore_nothing(const CaptureResult& result) { return result.status == CaptureStatus::completed; }
+
 // The one with the largest magnitude over all phases, or the least margin.
 const PeakLoad* largest(const CaptureResult& result, const std::string& of, const std::string& quantity) {
   const PeakLoad* found = nullptr;
@@ -482,6 +485,7 @@ double least_margin(const CaptureResult& result, const std::string& of, const st
     if (load.of == of && load.quantity == quantity && std::isfinite(load.rating))
       least = std::fmin(least, load.margin());
   }
+  if (std::isnan(least) && bore_nothing(result)) return 1;
   return least;
 }
 
@@ -548,13 +552,13 @@ std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion
     columns.push_back({"loads/" + q.of + "/" + q.name, q.unit, "largest magnitude over all phases",
                        [q](const StudyCase&, const CaptureResult& r) {
                          const PeakLoad* load = largest(r, q.of, q.name);
-                         return load ? load->peak : NAN;
+                         return load ? load->peak : bore_nothing(r) ? 0.0 : NAN;
                        },
                        true, false});
-    columns.push_back({"load_times/" + q.of + "/" + q.name, "s", "when that is",
+    columns.push_back({"load_times/" + q.of + "/" + q.name, "s", "when that is; NaN: the load is zero",
                        [q](const StudyCase&, const CaptureResult& r) {
                          const PeakLoad* load = largest(r, q.of, q.name);
-                         return load ? load->time : NAN;
+                         return load && load->peak > 0 ? load->time : NAN;
                        },
                        true, false});
   }
@@ -562,7 +566,7 @@ std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion
     columns.push_back({"worst_margin", "1", "least of all margins",
                        [](const StudyCase&, const CaptureResult& r) {
                          const PeakLoad* worst = worst_margin(r);
-                         return worst ? worst->margin() : NAN;
+                         return worst ? worst->margin() : bore_nothing(r) ? 1.0 : NAN;
                        },
                        with_motion, is_rated(problem)});
   }
