@@ -174,12 +174,29 @@ double reach(const Model& model, const Frame& frame) {
   return length;
 }
 
+// Characters of a column for these names: at least 22, and two more than the longest.
+int column_width(const std::vector<std::string>& names) {
+  std::size_t longest = 20;
+  for (const std::string& name : names) {
+    const auto begins_character = [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; };
+    longest = std::max(longest, static_cast<std::size_t>(std::count_if(name.begin(), name.end(), begins_character)));
+  }
+  return static_cast<int>(longest) + 2;
+}
+
 void print_bodies(const Model& model) {
-  to_stdout("\n{:<22}{:<22}{:<22}{:<12}{:>12}\n", "body", "parent", "joint", "type", "mass [kg]");
+  std::vector<std::string> bodies, joints;
   for (const Body& b : model.bodies()) {
-    to_stdout("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
-              b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
-              b.parent < 0 ? "-" : b.description.joint.name, traits_of(b.description.joint.type).name,
+    bodies.push_back(b.description.name);
+    joints.push_back(b.parent < 0 ? "-" : b.description.joint.name);
+  }
+  const int of_body = column_width(bodies), of_joint = column_width(joints);
+  to_stdout("\n{:<{}}{:<{}}{:<{}}{:<12}{:>12}\n", "body", of_body, "parent", of_body, "joint", of_joint, "type",
+            "mass [kg]");
+  for (const Body& b : model.bodies()) {
+    to_stdout("{:<{}}{:<{}}{:<{}}{:<12}{:>12.6g}\n", b.description.name, of_body,
+              b.parent < 0 ? "-" : model.bodies()[b.parent].description.name, of_body,
+              b.parent < 0 ? "-" : b.description.joint.name, of_joint, traits_of(b.description.joint.type).name,
               b.description.mass);
   }
 }
@@ -216,10 +233,13 @@ int print_target(const ReadyMade& ready_made) {
   to_stdout("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
   to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
             I.yy, I.zz, I.xy, I.xz, I.yz);
-  to_stdout("\n{:<22}position in its frame [m]\n", "grasp point");
+  std::vector<std::string> names;
+  for (const GraspPoint& point : target.grasp_points) names.push_back(point.name);
+  const int of_name = column_width(names);
+  to_stdout("\n{:<{}}position in its frame [m]\n", "grasp point", of_name);
   for (const GraspPoint& point : target.grasp_points) {
     const Vector3d& p = point.X_TG.p;
-    to_stdout("{:<22}[{:.6g}, {:.6g}, {:.6g}]\n", point.name, p[0], p[1], p[2]);
+    to_stdout("{:<{}}[{:.6g}, {:.6g}, {:.6g}]\n", point.name, of_name, p[0], p[1], p[2]);
   }
   return kDone;
 }
@@ -257,12 +277,19 @@ int info(const std::filesystem::path& file) {
     to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
               I.yy, I.zz, I.xy, I.xz, I.yz);
     print_bodies(model);
-    to_stdout("\n{:<22}{:<22}{:>12}   {}\n", "end-effector", "link", "reach [m]", "position at zero joints [m]");
+    std::vector<std::string> names, links;
+    for (int f : system.end_effectors) {
+      names.push_back(model.frames()[f].name);
+      links.push_back(model.bodies()[model.frames()[f].body].description.name);
+    }
+    const int of_name = column_width(names), of_link = column_width(links);
+    to_stdout("\n{:<{}}{:<{}}{:>12}   {}\n", "end-effector", of_name, "link", of_link, "reach [m]",
+              "position at zero joints [m]");
     for (int f : system.end_effectors) {
       const Frame& frame = model.frames()[f];
       const Vector3d p = frame_pose(model, k, f).p;
-      to_stdout("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name,
-                model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
+      to_stdout("{:<{}}{:<{}}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name, of_name,
+                model.bodies()[frame.body].description.name, of_link, reach(model, frame), p[0], p[1], p[2]);
     }
     to_stdout("reach: longest possible distance from the arm's first joint\n");
     if (is_flexible(problem.robot)) print_elastic(problem);

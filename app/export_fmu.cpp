@@ -38,8 +38,10 @@ fs::path plant_library() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path library = program.parent_path().parent_path() / "lib" / "grapnel" / "grapnel-fmu.so";
   if (!fs::exists(library, error))
-    throw PlantError(fmt::format("the binary of FMUs, {}, is not there; it is built and installed with the program",
-                                 library.string()));
+    throw PlantError(
+        fmt::format("the binary of FMUs, {}, is not there. The target grapnel_fmu builds it: cmake --build "
+                    "--preset release --target grapnel_fmu; a full build and the packages have it",
+                    library.string()));
   return library;
 }
 
@@ -149,6 +151,8 @@ int export_fmu(const ExportFmuOptions& options) {
     GatheredPlant gathered =
         gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
     say_faults(warnings);
+    if (!gathered.assumed.empty())
+      to_stdout("The scenario has no control.period: {} is taken; --set states another one.\n", gathered.assumed);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);
     // Of all that belongs to it, so that a binary refuses resources of another one.

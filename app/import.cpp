@@ -34,12 +34,8 @@ class SettingsOfArguments {
     }
     put_pairs(tree, "lock", "--lock", "JOINT=VALUE", options.locked, true);
     put_pairs(tree, "packages", "--package", "NAME=FOLDER", options.packages, false);
-    if (!options.end_effectors.empty()) {
-      Node list = sequence_node(mark_of("--end-effector"));
-      for (const std::string& name : options.end_effectors)
-        list.items.push_back(quoted(name, "--end-effector " + name));
-      put(tree, "end_effectors", std::move(list));
-    }
+    put_names(tree, "wheels", "--wheel", options.wheels);
+    put_names(tree, "end_effectors", "--end-effector", options.end_effectors);
     if (options.repair_inertia) put(tree, "repair_inertia", plain("true", "--repair-inertia"));
     return tree;
   }
@@ -57,6 +53,13 @@ class SettingsOfArguments {
     Node node = plain(text, argument);
     node.plain = false;
     return node;
+  }
+
+  static void put_names(Node& tree, const char* key, const std::string& option, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    Node list = sequence_node(mark_of(option));
+    for (const std::string& name : names) list.items.push_back(quoted(name, option + " " + name));
+    put(tree, key, std::move(list));
   }
 
   void put_pairs(Node& tree, const char* key, const char* option, const char* form,

@@ -225,6 +225,10 @@ int main(int argc, char** argv) {
                    "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
       ->allow_extra_args(false);
   import_command
+      ->add_option("--wheel", import_options.wheels,
+                   "Joint on the base that becomes a reaction wheel of it; may be repeated")
+      ->allow_extra_args(false);
+  import_command
       ->add_option("--end-effector", import_options.end_effectors,
                    "Link or frame that becomes an end-effector; may be repeated (default: the outermost ones)")
       ->allow_extra_args(false);
@@ -237,7 +241,9 @@ int main(int argc, char** argv) {
       "modes", "Modes of vibration of a link or panel, from mass and stiffness matrices of a finite-element model");
   modes_command
       ->add_option("--mass", modes_options.mass,
-                   "File of the mass matrix: .mtx, .csv, CalculiX's .mas, Nastran's DMIG (.pch, .bdf) or .op4")
+                   "File of the mass matrix: .mtx (Matrix Market, Abaqus), .csv, CalculiX's .mas, Nastran's DMIG "
+                   "(.pch, .bdf) or "
+                   ".op4")
       ->required();
   modes_command->add_option("--stiffness", modes_options.stiffness, "File of the stiffness matrix; may be the same")
       ->required();
@@ -258,9 +264,17 @@ int main(int argc, char** argv) {
                    "Of matrices whose rows have no names: the six rows of the interface's translations and rotations "
                    "(default: 1 2 3 4 5 6)")
       ->expected(6);
+  modes_command->add_option("--row-names", modes_options.row_names,
+                            "File with the names of the rows, a line NODE.COMPONENT for each (default: the matrix's "
+                            "file with the ending .dof, where there is one)");
+  modes_command->add_option(
+      "--node-places", modes_options.node_places,
+      "File of more nodes, as --interface-nodes, which are not tied: they locate shells and beams "
+      "that CalculiX expanded to solids");
   modes_command->add_option("--mass-name", modes_options.mass_name, "Of several matrices in a file: its name");
   modes_command->add_option("--stiffness-name", modes_options.stiffness_name, "Likewise");
-  modes_command->add_option("--modes", modes_options.modes, "At most so many modes (default: 20)")
+  modes_command
+      ->add_option("--modes", modes_options.modes, "At most so many modes (default: 20, or all of a smaller model)")
       ->check(CLI::Range(1, 50));
   modes_command->add_option("--below", modes_options.below, "Modes below this frequency [Hz] (default: 100)")
       ->check(CLI::PositiveNumber);

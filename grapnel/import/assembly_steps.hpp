@@ -62,6 +62,20 @@ std::optional<GroupedLinks> group_links(const SourceModel& model, const LinkTree
                                         const std::vector<std::optional<Posed>>& settled, const ImportOptions& options,
                                         std::vector<ImportDecision>& decisions, FaultList& faults);
 
+/// A joint that becomes a reaction wheel of the base.
+struct WheelOfJoint {
+  int joint = -1;
+  std::vector<int> links;  // that turn with it
+  Vector3d axis;           // in the base's frame
+  double inertia = 0;      // about it, of all that turns [kg m^2]
+};
+
+/// Those that the user named, which settle_joints() has settled: on links of the base, carrying balanced rotors. Others
+/// are faults.
+std::vector<WheelOfJoint> wheels_of_joints(const SourceModel& model, const LinkTree& tree, const GroupedLinks& grouped,
+                                           const ImportOptions& options, std::vector<ImportDecision>& decisions,
+                                           FaultList& faults);
+
 /// Places by name, for messages and look-ups.
 template <class Named>
 std::map<std::string, int, std::less<>> indices_of(const std::vector<Named>& list) {
@@ -110,7 +124,7 @@ std::optional<SourceInertia> weigh(const SourceModel& model, const LinkGroup& gr
 /// A mesh file that is there, or why there is none.
 struct FoundMesh {
   std::filesystem::path file;  // empty: none
-  std::string why_not;         // "it is a .dae file; STL and OBJ are read"
+  std::string why_not;         // a clause: ".ply files are not read; .stl, .obj and .dae are"
 };
 
 /// The file that a source names: package://NAME/rest and its likes by the folders that the user gave, else in a folder
