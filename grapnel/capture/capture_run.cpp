@@ -344,6 +344,13 @@ void GraspSchedule::refuse(const std::vector<std::size_t>& grasps, const std::st
 
 void GraspSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->released = time; }
 
+std::vector<bool> GraspSchedule::opened() const {
+  std::vector<bool> opened;
+  for (const std::optional<GraspOutcome>& outcome : outcomes_)
+    opened.push_back(outcome && (!outcome->captured || outcome->released));
+  return opened;
+}
+
 void GraspSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]->target_moved = distance; }
 
 // A grasp that has not been decided on by the end of the run.

@@ -49,6 +49,8 @@ class GraspSchedule {
   /// Takes it back: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
+  /// Per grasp, whether it has been decided on and does not hold: it was missed, it rebounded or it was released.
+  std::vector<bool> opened() const;
   /// contact.gap: translate_target moved its target by a distance [m].
   void moved(std::size_t grasp, double distance);
 
@@ -176,7 +178,8 @@ struct CaptureRun {
   IdentificationRun identification;
   const std::shared_ptr<SensorRun> sensors;  // null: nothing is read
   RunMonitor monitor;
-  bool rebounded = false;  // something has rebounded
+  bool rebounded = false;                   // something has rebounded
+  std::vector<std::string> unstable_gains;  // of the approach, in words
 
  private:
   std::map<std::string, int> pieces_;   // of phases, by name

@@ -75,7 +75,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
     const GraspPoint& point = grasp_point_of(problem, *grasp);
     const EndEffectorSetup& effector = end_effector_of(problem, *grasp);
     ImpedanceHand& hand = law.hands[h];
-    const int target = system.model.body_index(target_body_name(grasp->target));
+    const int target = target_body_index(system, target_index(problem, grasp->target));
     const Posed X_TE = inverse(k.X_WB[target]) * (k.X_WB[hand.body] * hand.X_BE);
     Rotationd R_end = X_TE.R;
     if (grasp->orientation == GraspSetup::Orientation::pose) R_end = point.X_TG.R;

@@ -102,7 +102,8 @@ std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const
 }
 
 LawRun::Margin LawRun::least_margin(double time, const State& state) {
-  Margin least{law_->at(time, state, {}).condition / kRankLost - 1, LawEnd::rank_lost, ""};
+  Margin least{std::numeric_limits<double>::infinity(), LawEnd::rank_lost, ""};
+  if (!law_->goes_on()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;
   const auto consider = [&](double value, LawEnd end, const std::string& joint) {
     if (!(value >= least.value)) least = {value, end, joint};
   };

@@ -23,10 +23,8 @@ bool is_shared(const CaptureProblem& problem, const std::string& target) {
 std::vector<int> seen_bodies(const CaptureSystem& system) {
   std::vector<int> bodies = carried_bodies(system);
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {  // panels of targets
-    const std::string& name = system.model.bodies()[i].description.name;
-    const bool is_target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
-                                       [&](int f) { return system.model.frames()[f].body == i; });
-    if (name.starts_with(target_body_name("")) && !is_target) bodies.push_back(i);
+    if (belongs_to_targets(system, i) && !system.addresses[static_cast<std::size_t>(i)].is_target_itself())
+      bodies.push_back(i);
   }
   std::erase_if(bodies, [&](int i) { return is_unseen(system.model.bodies()[i].description); });
   return bodies;
@@ -228,13 +226,7 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
     put(h.angular);
   };
   put_group(robot);
-  for (const TargetSetup& target : problem_.targets) {
-    std::vector<int> bodies;
-    for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
-      if (belongs_to_target(model.bodies()[i].description.name, target.name)) bodies.push_back(i);
-    }
-    put_group(bodies);
-  }
+  for (std::size_t t = 0; t < problem_.targets.size(); ++t) put_group(bodies_of_target(system, t));
 }
 
 void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {

@@ -32,7 +32,7 @@ void RunMonitor::begin_phase(Phase phase) {
   references_ = std::move(phase.references);
   if (recorder_) recorder_->begin_phase(name_, references_);
   conservation_.begin_phase(phase.controlled, phase.dynamics.is_disturbed() || !phase.dynamics.setup().recover_roots);
-  watches_.begin_phase(name_, phase.system, phase.efforts_are_cut);
+  watches_.begin_phase(name_, phase.system, phase.efforts_are_cut, std::move(phase.opened));
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
@@ -151,11 +151,11 @@ void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) 
 }
 
 void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met,
-                                      double begin, const std::vector<std::size_t>& closing) {
+                                      double begin, const std::vector<std::size_t>& closing, std::vector<bool> opened) {
   impact_ = {&system, begin, closing, watches_.watching()};  // watched where the approach was: not if the impact alone
                                                              // is asked for
   if (impact_.watched) {
-    watches_.begin_phase(phase, system, false);
+    watches_.begin_phase(phase, system, false, std::move(opened));
     watches_.sample(begin, met, {});
   }
   std::vector<std::string> end_effectors;

@@ -33,6 +33,7 @@ class RunMonitor {
     bool controlled = false;                       // motors work in it, or attitude control
     bool efforts_are_cut = false;                  // drives saturate at the effort limits
     std::vector<JointTrajectory> references = {};  // what joints are to follow, for the record
+    std::vector<bool> opened = {};                 // GraspSchedule::opened()
   };
   void begin_phase(Phase phase);
   /// Whether samples are recorded.
@@ -79,9 +80,9 @@ class RunMonitor {
   void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
-  /// problem's grasps that close; its samples in turn; its end.
+  /// problem's grasps that close, `opened` GraspSchedule::opened(); its samples in turn; its end.
   void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
-                            const std::vector<std::size_t>& closing);
+                            const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void look_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const CompliantRun& run);
   /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.

@@ -18,8 +18,11 @@ namespace grapnel {
 class SafetyMonitor {
  public:
   explicit SafetyMonitor(const CaptureProblem& problem);
-  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
-  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
+  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits. `opened`:
+  /// per grasp, whether it has been decided on and does not hold (any more), so that its end-effector is checked
+  /// against its target.
+  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut,
+                   std::vector<bool> opened);
   /// Whether there is anything to watch in the phase.
   bool watching() const { return any_limit() || !model_.pairs().empty(); }
   bool watches_efforts() const { return any_effort_limit_; }
@@ -49,6 +52,8 @@ class SafetyMonitor {
   const Model* system_ = nullptr;
   bool efforts_are_cut_ = false;
   ClearanceModel model_;
+  std::vector<bool> opened_;  // grasps
+  std::vector<int> parting_;  // pairs of the model: their end-effectors and targets
   ClearanceWatch clearance_;
   std::optional<LimitWatch> limits_;
   std::vector<LimitEvent> limit_events_;

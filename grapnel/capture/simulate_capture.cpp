@@ -11,7 +11,9 @@
 #include "grapnel/approach/navigation.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
+#include "grapnel/capture/implausible_efforts.hpp"
 #include "grapnel/capture/replanning.hpp"
+#include "grapnel/capture/sampled_gains.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
@@ -156,6 +158,8 @@ MotionPhase begin_approach(CaptureRun& run) {
   const ApproachSetup& setup = *run.problem.approach;
   run.result.approach_start = run.describe_now();
   run.joints.control_attitude(setup.base_control, run.bodies);
+  run.unstable_gains = unstable_gains(run, true);
+  for (const std::string& text : run.unstable_gains) run.result.warnings.push_back(text);
   return {"approach", 0, setup.duration};
 }
 
@@ -171,6 +175,7 @@ MotionPhase begin_post_impact(CaptureRun& run) {
   run.joints.begin_post_impact(run.bodies.time);
   run.identification.begin_post_impact(run.bodies.time);
   run.law.begin_post_impact(run.bodies.system, run.bodies.state);
+  for (std::string& text : unstable_gains(run, false)) run.result.warnings.push_back(std::move(text));
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
 
@@ -181,6 +186,7 @@ void check_and_report(CaptureRun& run) {
   run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
   run.law.write(result);
+  for (std::string& warning : implausible_efforts(run.problem, result)) result.warnings.push_back(std::move(warning));
   run.identification.write(result);
   if (run.sensors) result.sensors = run.sensors->reports();
   if (result.status != CaptureStatus::completed) return;

@@ -55,13 +55,61 @@ ClearanceWatch::ClearanceWatch(double required) : required_(required) {
   if (std::isnan(required)) throw std::invalid_argument("ClearanceWatch: the required clearance is not a number");
 }
 
-void ClearanceWatch::begin_phase(std::string name, const Model& model, const ClearanceModel& clearance) {
+void ClearanceWatch::begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
+                                 std::span<const int> parting) {
   if (phase_) throw std::logic_error("ClearanceWatch: phase '" + phase_->name + "' has not ended");
   const std::size_t pairs = clearance.pairs().size();
   Sample sample{0, zero_state(model), Kinematics(model), std::vector<double>(pairs), std::vector<double>(pairs)};
-  phase_.emplace(Phase{name, &model, &clearance, sample, sample, false, MotionSegment(model), zero_state(model),
-                       Kinematics(model), std::vector<int>(pairs, -1), events_.size()});
+  phase_.emplace(Phase{name,
+                       &model,
+                       &clearance,
+                       sample,
+                       sample,
+                       false,
+                       MotionSegment(model),
+                       zero_state(model),
+                       Kinematics(model),
+                       std::vector<int>(pairs, -1),
+                       events_.size(),
+                       std::vector<double>(pairs, required_),
+                       {parting.begin(), parting.end()},
+                       std::vector<bool>(parting.empty() ? 0 : pairs, false),
+                       reached_});
+  // Pairs that are not parting any more, as those that are held again, forget how far they came.
+  std::map<std::pair<int, int>, double> still;
+  for (int pair : parting) {
+    if (const auto known = reached_.find(shapes_of(pair)); known != reached_.end()) still.insert(*known);
+  }
+  reached_ = std::move(still);
+  for (const auto& [shapes, distance] : reached_) {
+    for (int pair : parting) {
+      if (shapes_of(pair) == shapes) require(pair, distance);
+    }
+  }
   least_.emplace_back().phase = std::move(name);
+}
+
+std::pair<int, int> ClearanceWatch::shapes_of(int pair) const {
+  const ClearancePair& p = phase_->clearance->pairs().at(pair);
+  return {p.shape_a, p.shape_b};
+}
+
+void ClearanceWatch::require(int pair, double reached) {
+  // Depths are searched for, and touching pairs are known to rounding.
+  constexpr double kOfDepth = 0.02, kOfTouch = 1e-6;  // [m]
+  const double depth = std::max(0.0, -reached);
+  phase_->required[pair] = reached < required_ + kOfTouch ? -(1 + kOfDepth) * depth - kOfTouch : required_;
+}
+
+// Before anything else is found of the next sample.
+void ClearanceWatch::follow_parting() {
+  for (int pair : phase_->parting) {
+    const double distance = phase_->clearance->distance(pair, phase_->next.kinematics).distance;
+    const auto [known, is_first] = reached_.try_emplace(shapes_of(pair), distance);
+    if (is_first) require(pair, distance);
+    phase_->left_out[static_cast<std::size_t>(pair)] =
+        phase_->required[pair] < required_ && !(distance < phase_->required[pair]);
+  }
 }
 
 void ClearanceWatch::fill(double time, const State& state, Sample& sample) const {
@@ -80,7 +128,8 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
     throw std::invalid_argument("ClearanceWatch: the time goes backwards in phase '" + phase_->name + "'");
   }
   fill(time, state, phase_->next);
-  const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics);
+  follow_parting();
+  const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics, phase_->left_out);
   MinimumClearance& least = least_.back();
   if (clearance.distance < least.distance) {
     note_least(clearance.pair, time, {clearance.distance, clearance.point_a, clearance.point_b, clearance.normal},
@@ -90,6 +139,11 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
     watch_between();
   } else {
     watch_first();
+  }
+  for (int pair : phase_->parting) {
+    double& reached = reached_.at(shapes_of(pair));
+    reached = std::max(reached, phase_->clearance->distance(pair, phase_->next.kinematics).distance);
+    require(pair, reached);
   }
   std::swap(phase_->last, phase_->next);
   phase_->has_sample = true;
@@ -109,6 +163,7 @@ void ClearanceWatch::forget_phase() {
   if (!phase_) throw std::logic_error("ClearanceWatch: forget_phase outside a phase");
   events_.resize(phase_->events_before);
   least_.pop_back();
+  reached_ = phase_->reached_before;
   phase_.reset();
 }
 
@@ -128,9 +183,9 @@ ShapeDistance ClearanceWatch::distance_at(int pair, double time) {
 void ClearanceWatch::watch_first() {
   const Sample& next = phase_->next;
   for (int i = 0; i < static_cast<int>(next.bound.size()); ++i) {
-    if (next.bound[i] >= required_) continue;
+    if (next.bound[i] >= phase_->required[i]) continue;
     const ShapeDistance d = phase_->clearance->distance(i, next.kinematics);
-    if (d.distance < required_) note_event(i, next.time, d);
+    if (d.distance < phase_->required[i]) note_event(i, next.time, d);
   }
 }
 
@@ -167,7 +222,8 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
   }
   const double nearest = golden_minimum([&](double t) { return distance_at(pair, t).distance; }, last.time, next.time);
   const ShapeDistance at_nearest = distance_at(pair, nearest);
-  if (at_nearest.distance < least_.back().distance) note_least(pair, nearest, at_nearest, least_.back());
+  const bool counts = phase_->required[pair] == required_ || at_nearest.distance < phase_->required[pair];
+  if (counts && at_nearest.distance < least_.back().distance) note_least(pair, nearest, at_nearest, least_.back());
   watch_piece(pair, last.time, at_last, nearest, at_nearest);
   watch_piece(pair, nearest, at_nearest, next.time, at_next);
 }
@@ -175,7 +231,8 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
 // A time in which the distance of a pair does not turn.
 void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end,
                                  const ShapeDistance& at_end) {
-  const bool below_begin = at_begin.distance < required_, below_end = at_end.distance < required_;
+  const double required = phase_->required[pair];
+  const bool below_begin = at_begin.distance < required, below_end = at_end.distance < required;
   const auto crosses = [&](double level) {
     return crossing([&](double t) { return distance_at(pair, t).distance - level; }, begin, end,
                     at_begin.distance - level);
@@ -183,7 +240,7 @@ void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at
   double time = begin;
   if (below_begin) note_event(pair, begin, at_begin);
   if (below_begin != below_end) {
-    time = crosses(required_);
+    time = crosses(required);
     if (below_end) note_event(pair, time, distance_at(pair, time));
     if (!below_end) {
       events_[phase_->open_event[pair]].end_time = time;
@@ -192,7 +249,7 @@ void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at
   }
   if (!below_end) return;
   const bool overlaps = events_[phase_->open_event[pair]].overlap_begin.has_value();
-  if (at_end.distance < 0 && !overlaps) note_overlap(pair, required_ == 0 ? time : crosses(0));
+  if (at_end.distance < 0 && !overlaps) note_overlap(pair, required <= 0 ? time : crosses(0));
   note_event(pair, end, at_end);
 }
 

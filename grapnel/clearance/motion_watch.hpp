@@ -5,9 +5,11 @@
 /// joints against their limits.
 
 #include <cmath>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grapnel/clearance/clearance_model.hpp"
@@ -97,7 +99,13 @@ class ClearanceWatch {
   explicit ClearanceWatch(double required = 0);
 
   /// Starts a phase. Both models must live until it ends. @throws std::logic_error if a phase is under way.
-  void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance);
+  ///
+  /// `parting`: pairs (indices into ClearanceModel::pairs()) that touched or overlapped by design until this phase or
+  /// an earlier one in which they were named, too: an end-effector and the target that it let go. Until such
+  /// a pair has reached the required clearance, only an overlap deeper than the least depth since it was let go makes
+  /// an event, and the pair counts for least() only while it does.
+  void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
+                   std::span<const int> parting = {});
   /// The next sample. A sample at the time of the one before replaces it (a jump of the rates). Returns the clearance
   /// at the sample. @throws std::logic_error outside a phase; std::invalid_argument if the time goes backwards or the
   /// state is another model's.
@@ -131,10 +139,17 @@ class ClearanceWatch {
     MotionSegment segment;
     State between;  // scratch of distance_at
     Kinematics between_kinematics;
-    std::vector<int> open_event;  // per pair: index of the event under way, or -1
-    std::size_t events_before;    // of other phases
+    std::vector<int> open_event;   // per pair: index of the event under way, or -1
+    std::size_t events_before;     // of other phases
+    std::vector<double> required;  // per pair: of which less is an event [m]
+    std::vector<int> parting;      // pairs
+    std::vector<bool> left_out;    // per pair: not counted for the least distance
+    std::map<std::pair<int, int>, double> reached_before;
   };
 
+  std::pair<int, int> shapes_of(int pair) const;
+  void require(int pair, double reached);
+  void follow_parting();
   void fill(double time, const State& state, Sample& sample) const;
   ShapeDistance distance_at(int pair, double time);
   void watch_first();
@@ -147,6 +162,8 @@ class ClearanceWatch {
 
   double required_;
   std::optional<Phase> phase_;
+  // Of parting pairs, by their shapes: the largest distance since they were let go.
+  std::map<std::pair<int, int>, double> reached_;
   std::vector<MinimumClearance> least_;
   std::vector<ClearanceEvent> events_;
 };

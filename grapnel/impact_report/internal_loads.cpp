@@ -77,8 +77,7 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
 std::vector<int> carried_bodies(const CaptureSystem& system) {
   std::vector<int> bodies;
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
-    const bool target = system.model.bodies()[i].description.name.starts_with(target_body_name(""));
-    if (i != system.base && !target && !is_inside_base(system.model.bodies()[i].description.name)) bodies.push_back(i);
+    if (i != system.base && !belongs_to_targets(system, i) && !is_inside_base(system, i)) bodies.push_back(i);
   }
   return bodies;
 }

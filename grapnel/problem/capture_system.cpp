@@ -419,6 +419,7 @@ ModelBuilder servicer_builder(const CaptureProblem& problem, const RobotSetup& r
 
 CaptureSystem index(const CaptureProblem& problem, const RobotSetup& robot, Model model, bool with_targets) {
   CaptureSystem system{std::move(model), 0, {}, {}, {}, {}, {}};
+  system.addresses = body_addresses(problem, robot, system.model, with_targets);
   system.base = system.model.body_index(problem.robot.base);
   for (const FrameDescription& f : problem.robot.end_effectors)
     system.end_effectors.push_back(system.model.frame_index(f.name));
@@ -478,10 +479,6 @@ Posed own_frame(const Model& model, int body) {
 std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel; }
 std::string gimbal_body_name(const std::string& gyro) { return "gyro:" + gyro; }
 std::string gyro_rotor_body_name(const std::string& gyro) { return "gyro-rotor:" + gyro; }
-bool is_inside_base(const std::string& body_name) {
-  return body_name.starts_with(wheel_body_name("")) || body_name.starts_with(gimbal_body_name("")) ||
-         body_name.starts_with(gyro_rotor_body_name(""));
-}
 
 CaptureSystem make_servicer(const CaptureProblem& problem) {
   std::optional<RobotSetup> made;

@@ -80,9 +80,8 @@ class Conflicts : ConflictFinder {
       const std::string path = fmt::format("targets[{}].panels", i);
       if (const std::string fault = panel_fault(target); !fault.empty()) add_key(path, "{}: {}", path, fault);
       const std::optional<PostImpactSetup>& post = problem_.post_impact;
-      if (post && (post->detumble || post->grasp_force))
-        add_key(path, "{}: the laws detumble and grasp_force of post_impact take a held target for one rigid body",
-                path);
+      if (post && post->grasp_force)
+        add_key(path, "{}: the law grasp_force of post_impact takes a held target for one rigid body", path);
       if (post && (post->assumed || post->identify))
         add_key(path, "{}: the model that laws have of a held target, by post_impact.assumed or identify, is rigid",
                 path);

@@ -548,9 +548,13 @@ struct DetumblingReport {
   double speed_before = 0;
   double speed_after = 0;
   double expected_duration = 0;
+  double first_scale = 1;
   double least_scale = 1;
   double least_scale_time = 0;
   bool within_limits = true;
+  double largest_demand = 0;
+  double largest_demand_time = 0;
+  std::string limiting;
   double least_condition = 1;
   double least_condition_time = 0;
 };
@@ -774,7 +778,7 @@ struct CaptureResult {
   std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
-      clearance_unwatched;  // end-effector and target of each grasp; ignored pairs
+      clearance_unwatched;  // end-effector and target of each grasp until it opens; ignored pairs
   std::vector<LimitEvent> limit_events;
   std::optional<Violation> first_violation;
   /// From here on bodies overlap, which the model lets them do and nature does not: what follows is beyond its validity

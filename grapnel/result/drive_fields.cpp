@@ -121,10 +121,10 @@ const Type& type_of<DetumblingReport>() {
       field<&D::begin>("begin", "s", "when the law begins"),
       field<&D::end>("end", "s", "when it ends; from then on the joints hold"),
       field<&D::ended>("ended",
-                       "`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a "
-                       "configuration in which they cannot move the target in all directions. `joint_limit`: a joint "
-                       "reached the end of its range. `released`: the target was let go. `running`: the run ended "
-                       "before"),
+                       "`at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end "
+                       "of its range. `released`: the target was let go. `running`: the run ended before. Near "
+                       "configurations in which the arms cannot move the target in all directions (`least_condition`) "
+                       "the law goes on with the others"),
       field<&D::joint>("joint", "whose range ended it; empty otherwise"),
       field<&D::torque_bound>("torque_bound", "N m", "on the torque about the target's centre of mass"),
       field<&D::largest_torque>("largest_torque", "N m",
@@ -138,14 +138,21 @@ const Type& type_of<DetumblingReport>() {
       field<&D::speed_after>("speed_after", "m/s", "at the end"),
       field<&D::expected_duration>("expected_duration", "s",
                                    "angular_momentum_before over torque_bound: what it takes where efforts suffice"),
+      field<&D::first_scale>("first_scale", "1",
+                             "part of the torque bound that effort limits and ratings of grasps allow as the law "
+                             "begins; expected_duration over it is what the detumbling takes at that pace"),
       field<&D::least_scale>("least_scale", "1",
-                             "least part of the torque bound that the joints' effort limits let pass; 1: they always "
-                             "sufficed"),
+                             "minimum part of the torque bound that these limits allow; 1: they always sufficed"),
       field<&D::least_scale_time>("least_scale_time", "s", "when that was"),
       field<&D::within_limits>(
           "within_limits",
-          "whether a smaller torque kept all efforts within their limits; if not, efforts were cut "
+          "whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down "
           "and the target did not move as asked for"),
+      field<&D::largest_demand>("largest_demand", "1",
+                                "largest share of an effort limit or of a grasp's rating that the law asked for before "
+                                "efforts were scaled down; above 1: by how much the limits are too small"),
+      field<&D::largest_demand_time>("largest_demand_time", "s", "when that was"),
+      field<&D::limiting>("limiting", "which limit that was; empty: nothing has a limit"),
       field<&D::least_condition>("least_condition", "1",
                                  "of the target's accelerations by the efforts: least singular value over the largest, "
                                  "its least"),

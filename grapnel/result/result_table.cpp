@@ -113,7 +113,7 @@ std::string window_line(const CaptureResult& result) {
 // What a plan weighs, and how near it comes on its way to what it keeps.
 std::string plan_lines(const PlanReport& plan) {
   std::string text;
-  if (plan.terms.size() > 1) {
+  if (plan.terms.size() > 1 && std::isfinite(plan.objective_value)) {
     std::string terms;
     for (const PlanTerm& term : plan.terms) {
       terms += fmt::format("{}{} x {} {}", terms.empty() ? "" : " + ", short_number(term.weight), term.name,
@@ -143,9 +143,11 @@ std::string plan_lines(const PlanReport& plan) {
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
-  std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps, objective {} = {}\n",
-                                plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
-                                plan.objective, short_number(plan.objective_value));
+  std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps",
+                                plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations);
+  if (std::isfinite(plan.objective_value))
+    out += fmt::format(", objective {} = {}", plan.objective, short_number(plan.objective_value));
+  out += "\n";
   out += plan_lines(plan);
   TextTable table;
   table.row({"joint", "final value", "final rate"});
@@ -594,10 +596,17 @@ std::string law_tables(const CaptureResult& result) {
     table.row({"largest torque, its bound", "N m", short_number(d->largest_torque), short_number(d->torque_bound)});
     table.row(
         {"duration, with enough effort", "s", short_number(d->end - d->begin), short_number(d->expected_duration)});
-    if (d->least_scale < 1)
-      table.row({"least part of the torque, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+    if (d->least_scale < 1) {
+      table.row({"part of the torque at the begin", "1", small(d->first_scale)});
+      table.row({"minimum part of it, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+    }
     out += table.text();
-    if (!d->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+    if (!d->within_limits)
+      out += paragraph(
+          fmt::format("efforts were scaled down, and the target did not move as asked for: that takes {} times "
+                      "{} (t = {} s)",
+                      short_number(d->largest_demand), d->limiting, short_number(d->largest_demand_time)),
+          "  ");
   }
   const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
     out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");

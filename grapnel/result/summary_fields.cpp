@@ -74,10 +74,11 @@ const Type& type_of<Clearances>() {
         for (const auto& [a, b] : c.result->clearance_unwatched) pairs.push_back({a, b});
         return pairs;
       }>("unwatched", "",
-         "pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an "
-         "end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. "
-         "Neighbours along the "
-         "tree are not watched either"),
+         "pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is "
+         "missed, and while it holds (an end-effector that passes *through* its own target before is not reported), "
+         "and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has "
+         "come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. "
+         "Neighbours along the tree are not checked"),
       derived < [](const C& c) -> auto& {return *std::min_element(
                                    c.result->clearance.begin(), c.result->clearance.end(),
                                    [](const auto& a, const auto& b) { return a.distance < b.distance; });

@@ -149,12 +149,11 @@ bool start_is_cheap(const CaptureProblem& problem) {
 }
 
 // Where a body is described: a target's position, else the robot.
-const Mark& place_of_body(const Node& scenario, const CaptureProblem& problem, const std::string& body) {
-  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
-    const Node& list = part(scenario, "targets");
-    if (target_body_name(problem.targets[t].name) == body && t < list.items.size())
-      return part(part(list.items[t], "state"), "position").mark;
-  }
+const Mark& place_of_body(const Node& scenario, const CaptureSystem& system, int body) {
+  const Node& list = part(scenario, "targets");
+  const std::size_t target = system.addresses[static_cast<std::size_t>(body)].target;
+  if (belongs_to_targets(system, body) && target < list.items.size())
+    return part(part(list.items[target], "state"), "position").mark;
   return part(scenario, "robot").mark;
 }
 
@@ -178,11 +177,9 @@ class StartOverlaps {
   std::map<std::pair<int, int>, std::size_t> places_;
 };
 
-std::string shown_body(const CaptureProblem& problem, const std::string& body) {
-  for (const TargetSetup& t : problem.targets) {
-    if (target_body_name(t.name) == body) return "target " + in_quotes(t.name);
-  }
-  return in_quotes(body);
+std::string shown_body(const CaptureSystem& system, int body) {
+  const std::string name = in_quotes(shown_name(system.model.bodies()[body].description.name));
+  return system.addresses[static_cast<std::size_t>(body)].is_target_itself() ? "target " + name : name;
 }
 
 }  // namespace
@@ -316,11 +313,7 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
   for (std::size_t t = 0; t < watched.targets.size(); ++t) {
     set_root_pose(system.model, system.model.frames()[system.target_frames[t]].body, targets.start[t].X_WT, state);
   }
-  const auto is_target = [&](int body) {
-    const std::string& name = system.model.bodies()[body].description.name;
-    return std::any_of(watched.targets.begin(), watched.targets.end(),
-                       [&](const TargetSetup& t) { return target_body_name(t.name) == name; });
-  };
+  const auto is_target = [&](int body) { return belongs_to_targets(system, body); };
   const Kinematics kinematics = forward_kinematics(system.model, state);
   StartOverlaps overlaps;
   for (std::size_t p = 0; p < clearance.pairs().size(); ++p) {
@@ -334,12 +327,10 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
     overlaps.add({clearance.pairs()[p].body_a, clearance.pairs()[p].body_b, -distance});
   }
   for (const StartOverlaps::Overlap& overlap : overlaps.all()) {
-    const auto name = [&](int body) { return system.model.bodies()[body].description.name; };
-    const std::string a = name(overlap.body_a), b = name(overlap.body_b);
     // A target stands behind the robot in the model: it is the more likely suspect.
-    faults.warn(place_of_body(scenario, problem, b),
-                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes", shown_body(problem, a),
-                            shown_body(problem, b), overlap.depth));
+    faults.warn(place_of_body(scenario, system, overlap.body_b),
+                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes",
+                            shown_body(system, overlap.body_a), shown_body(system, overlap.body_b), overlap.depth));
   }
 }
 

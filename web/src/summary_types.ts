@@ -1539,7 +1539,7 @@ export interface DetumblingReport {
   begin: number;
   /** when it ends; from then on the joints hold [s] */
   end: number;
-  /** `at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before */
+  /** `at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before. Near configurations in which the arms cannot move the target in all directions (`least_condition`) the law goes on with the others */
   ended: LawEnd;
   /** whose range ended it; empty otherwise */
   joint: string;
@@ -1557,12 +1557,20 @@ export interface DetumblingReport {
   speed_after: number;
   /** angular_momentum_before over torque_bound: what it takes where efforts suffice [s] */
   expected_duration: number;
-  /** least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed [1] */
+  /** part of the torque bound that effort limits and ratings of grasps allow as the law begins; expected_duration over it is what the detumbling takes at that pace [1] */
+  first_scale: number;
+  /** minimum part of the torque bound that these limits allow; 1: they always sufficed [1] */
   least_scale: number;
   /** when that was [s] */
   least_scale_time: number;
-  /** whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for */
+  /** whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target did not move as asked for */
   within_limits: boolean;
+  /** largest share of an effort limit or of a grasp's rating that the law asked for before efforts were scaled down; above 1: by how much the limits are too small [1] */
+  largest_demand: number;
+  /** when that was [s] */
+  largest_demand_time: number;
+  /** which limit that was; empty: nothing has a limit */
+  limiting: string;
   /** of the target's accelerations by the efforts: least singular value over the largest, its least [1] */
   least_condition: number;
   /** when that was [s] */
@@ -1572,7 +1580,7 @@ export const kDetumblingReport: FieldNote[] = [
   ["target","","that is brought to rest"],
   ["begin","s","when the law begins"],
   ["end","s","when it ends; from then on the joints hold"],
-  ["ended","","`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before"],
+  ["ended","","`at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before. Near configurations in which the arms cannot move the target in all directions (`least_condition`) the law goes on with the others"],
   ["joint","","whose range ended it; empty otherwise"],
   ["torque_bound","N m","on the torque about the target's centre of mass"],
   ["largest_torque","N m","of the grasps about the target's centre of mass, by the target's motion: at the ends and in the middle of every step"],
@@ -1581,9 +1589,13 @@ export const kDetumblingReport: FieldNote[] = [
   ["speed_before","m/s","of the target's centre of mass, relative to that of servicer and held targets"],
   ["speed_after","m/s","at the end"],
   ["expected_duration","s","angular_momentum_before over torque_bound: what it takes where efforts suffice"],
-  ["least_scale","1","least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed"],
+  ["first_scale","1","part of the torque bound that effort limits and ratings of grasps allow as the law begins; expected_duration over it is what the detumbling takes at that pace"],
+  ["least_scale","1","minimum part of the torque bound that these limits allow; 1: they always sufficed"],
   ["least_scale_time","s","when that was"],
-  ["within_limits","","whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for"],
+  ["within_limits","","whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target did not move as asked for"],
+  ["largest_demand","1","largest share of an effort limit or of a grasp's rating that the law asked for before efforts were scaled down; above 1: by how much the limits are too small"],
+  ["largest_demand_time","s","when that was"],
+  ["limiting","","which limit that was; empty: nothing has a limit"],
   ["least_condition","1","of the target's accelerations by the efforts: least singular value over the largest, its least"],
   ["least_condition_time","s","when that was"],
 ];
@@ -2086,7 +2098,7 @@ export const kPlumeHazard: FieldNote[] = [
 
 // distances between bodies with shapes.
 export interface Clearances {
-  /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
+  /** pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is missed, and while it holds (an end-effector that passes *through* its own target before is not reported), and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. Neighbours along the tree are not checked */
   unwatched: [string, string][];
   /** of all phases */
   minimum: MinimumClearance;
@@ -2096,7 +2108,7 @@ export interface Clearances {
   events: ClearanceEvent[];
 }
 export const kClearances: FieldNote[] = [
-  ["unwatched","","pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either"],
+  ["unwatched","","pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is missed, and while it holds (an end-effector that passes *through* its own target before is not reported), and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. Neighbours along the tree are not checked"],
   ["minimum","","of all phases"],
   ["phases","","per phase"],
   ["events","","bodies too near"],
