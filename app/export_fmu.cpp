@@ -136,8 +136,7 @@ PlantDescription describe(const ExportFmuOptions& options, const CaptureProblem&
   description.identifier = c_identifier(options.scenario.stem().string());
   description.tool = "Grapnel " GRAPNEL_VERSION;
   description.period = plant.control->timing.period;
-  description.stop =
-      (plant.approach ? plant.approach->duration : 0) + (plant.post_impact ? plant.post_impact->duration : 0);
+  description.stop = (plant.approach ? plant.approach->duration : 0) + plant.post_impact.total_duration();
   return description;
 }
 

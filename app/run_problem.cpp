@@ -128,8 +128,7 @@ int bad_input(const fs::path& file, const std::exception& error) {
 // Long series are said before anybody waits for them.
 void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
   constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
-  const double duration = (problem.approach ? problem.approach->duration : 0.0) +
-                          (problem.post_impact ? problem.post_impact->duration : 0.0);
+  const double duration = (problem.approach ? problem.approach->duration : 0.0) + problem.post_impact.total_duration();
   if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
   const ExpectedSeries expected = expected_series(problem);
   if (expected.bytes() < kLarge) return;

@@ -44,6 +44,20 @@ void RunJoints::settle_all(const RunBodies& bodies) {
   for (std::size_t j = 0; j < size(); ++j) settle(bodies, j);
 }
 
+void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodies) {
+  using Joints = PostImpactSetup::Joints;
+  const auto follows = [](Joints joints) {
+    return joints == Joints::pd || joints == Joints::computed_torque || joints == Joints::controller;
+  };
+  const bool keeps_following = follows(before.joints) && follows(problem_.post_impact->joints);
+  for (std::size_t j = 0; j < size(); ++j) {
+    if (keeps_following)
+      control_.hold[j] = evaluate(settled_trajectory(before, control_, j), bodies.time).position;
+    else
+      settle(bodies, j);
+  }
+}
+
 void RunJoints::settle_arm(const RunBodies& bodies, std::size_t grasp) {
   const Model& model = bodies.system.model;
   int body = model.frames()[model.frame_index(problem_.grasps[grasp].end_effector)].body;
@@ -110,7 +124,7 @@ bool RunJoints::efforts_are_cut() const {
 }
 
 std::vector<JointTrajectory> RunJoints::references() const {
-  const std::optional<PostImpactSetup>& post = problem_.post_impact;
+  const MotionPhases& post = problem_.post_impact;
   if (!approaching() && !(post && moves_afterwards(*post))) return {};
   std::vector<JointTrajectory> joints = trajectories_;
   joints.resize(size());
@@ -168,11 +182,19 @@ bool reads_sensors(const CaptureProblem& problem) {
   return problem.control && (problem.sensors || (problem.post_impact && problem.post_impact->identify));
 }
 
+std::vector<std::string> names_of_phases(const CaptureProblem& problem) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) names.push_back(phase_name(problem, k));
+  return names;
+}
+
 }  // namespace
 
 CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
                        CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result)
-    : problem(the_problem),
+    : staged_(the_problem.post_impact.size() > 1 ? std::make_unique<CaptureProblem>(the_problem) : nullptr),
+      phase_names_(names_of_phases(the_problem)),
+      problem(staged_ ? *staged_ : the_problem),
       frame(the_frame),
       detail(the_detail),
       progress(std::move(the_progress)),
@@ -184,6 +206,14 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       identification(problem),
       sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
       monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {}
+
+bool CaptureRun::next_motion_phase() {
+  if (motion_phase_ + 1 >= phase_names_.size()) return false;
+  ++motion_phase_;
+  staged_->post_impact.erase(staged_->post_impact.begin());
+  part_.reset();
+  return true;
+}
 
 std::string CaptureRun::next_name(const std::string& phase) {
   const int count = ++pieces_[phase];

@@ -5,6 +5,7 @@
 /// observes, and the result.
 
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -107,8 +108,11 @@ class RunJoints {
   void settle_arm(const RunBodies& bodies, std::size_t grasp);
   /// All do; the approach is over.
   void settle_all(const RunBodies& bodies);
-  /// The motion after the impact begins: what `move` says counts from now on.
+  /// A phase of the motion after the approach begins: what `move` says counts from now on.
   void begin_post_impact(double time) { control_.post_impact_begin = time; }
+  /// The problem has another phase than `before`: joints that followed something keep their set points where they go on
+  /// following, else they are held where they are.
+  void next_phase(const PostImpactSetup& before, const RunBodies& bodies);
   /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
@@ -165,9 +169,19 @@ struct CaptureRun {
   /// The problem with some of its grasps. Valid until the next call.
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
   PhaseEnd describe_now() const;
+  /// The name of the phase at hand.
+  const std::string& phase_name() const { return phase_names_[motion_phase_]; }
+  /// From now on the problem has the next phase; false: there is none.
+  bool next_motion_phase();
 
-  const CaptureProblem& problem;
-  const MovingFrame frame;  // in which all states are
+ private:
+  std::unique_ptr<CaptureProblem> staged_;  // of a sequence of phases: those that are over are taken out; else null
+  std::vector<std::string> phase_names_;
+  std::size_t motion_phase_ = 0;
+
+ public:
+  const CaptureProblem& problem;  // its first phase is the one at hand
+  const MovingFrame frame;        // in which all states are
   const CaptureDetail detail;
   const CaptureProgress progress;
   CaptureResult& result;
@@ -179,6 +193,7 @@ struct CaptureRun {
   const std::shared_ptr<SensorRun> sensors;  // null: nothing is read
   RunMonitor monitor;
   bool rebounded = false;                   // something has rebounded
+  bool condition_met = false;               // what ends the phase at hand holds
   std::vector<std::string> unstable_gains;  // of the approach, in words
 
  private:

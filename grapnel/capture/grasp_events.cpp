@@ -134,6 +134,7 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
     });
     run.to_joined();
     if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
+    if (run.law.ends_by_release(run.bodies.system, now)) run.joints.settle_all(run.bodies);
   }
 }
 

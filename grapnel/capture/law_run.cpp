@@ -71,7 +71,7 @@ std::string held_target(const CaptureProblem& problem, const std::string& named)
   return target;
 }
 
-LawRun::LawRun(const CaptureProblem& problem) {
+LawRun::LawRun(const CaptureProblem& problem) : problem_(problem) {
   approach_.part = law_of_approach(problem);
   after_.part = law_of_post_impact(problem);
   if (approach_.part) now_ = &approach_;
@@ -80,6 +80,13 @@ LawRun::LawRun(const CaptureProblem& problem) {
 void LawRun::begin_post_impact(const CaptureSystem& system, const State& state) {
   now_ = after_.part ? &after_ : nullptr;
   if (now_) now_->part->begin_post_impact(system, state);
+}
+
+void LawRun::next_phase(CaptureResult& result) {
+  if (after_.part) after_.part->write(result);
+  law_.reset();
+  now_ = nullptr;
+  after_ = {law_of_post_impact(problem_)};
 }
 
 bool LawRun::ends_by_release(const CaptureSystem& system, double time) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/capture/motion_phases.hpp"
 #include "grapnel/capture/replanning.hpp"
 
 namespace grapnel {
@@ -182,13 +183,17 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
       observed_(true),
       dynamics_(run.bodies.system.model, setup_of_piece(run)),
       arrival_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))),
+      condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
   RunBodies& bodies = run.bodies;
   RunMonitor& monitor = run.monitor;
-  if (run.law.works()) {
+  if (run.law.works() || condition_) {
     stop_ = [this](double t, const State& state) {
-      const double law = run_.law.margin(t, state);
-      return arrival_ ? std::min(law, arrival_(t, state)) : law;
+      double least = std::numeric_limits<double>::infinity();
+      if (run_.law.works()) least = run_.law.margin(t, state);
+      if (arrival_) least = std::min(least, arrival_(t, state));
+      if (condition_) least = std::min(least, condition_(t, state));
+      return least;
     };
   }
   const double end = next_event(run, phase);
@@ -253,7 +258,10 @@ bool PhaseSegment::await_resume() {
   run_.bodies.time = outcome.end_time;
   run_.identification.end_piece(outcome.integrals);
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
-  const bool law_is_over = run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival);
+  const double condition = outcome.stopped && condition_ ? condition_(outcome.end_time, outcome.end_state) : 1.0;
+  const bool law_is_over =
+      run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, std::min(arrival, condition));
+  run_.condition_met = outcome.stopped && condition_ && !law_is_over && condition <= arrival;
   if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }

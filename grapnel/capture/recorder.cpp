@@ -98,7 +98,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("elastic/velocity", "rad/s", "its rate", elastic);
   }
   controls_base_ = (problem.approach && problem.approach->base_control) ||
-                   (problem.post_impact && problem.post_impact->base_control) ||
+                   problem.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
                    (problem.control && (problem.control->base_torque ||
                                         (problem.control->log && problem.control->log->tells_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
@@ -184,7 +184,7 @@ ExpectedSeries expected_series(const CaptureProblem& problem) {
     expected.samples += 2 + (problem.output_interval > 0 ? duration / problem.output_interval : 0);
   };
   if (problem.approach) add(problem.approach->duration);
-  if (problem.post_impact) add(problem.post_impact->duration);
+  for (const PostImpactSetup& phase : problem.post_impact) add(phase.duration);
   return expected;
 }
 

@@ -721,6 +721,18 @@ struct ThrustersReport {
   std::vector<PlumeHazard> hazards;
 };
 
+/// A phase of motion after the approach.
+struct MotionPhaseReport {
+  /// How it ended. duration: after its duration. condition: what it is `until` held.
+  enum class End { duration, condition };
+  std::string name;
+  double begin = 0;
+  double end = 0;
+  End ended = End::duration;
+  std::optional<PhaseEnd> at_end;
+  double duration() const { return end - begin; }
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -759,10 +771,12 @@ struct CaptureResult {
   std::optional<ImpactReport> impact;       // the first
   std::vector<ImpactReport> later_impacts;  // of grasps that closed later
   std::vector<ReleaseReport> releases;
-  std::vector<LoopReport> loops;       // per phase with closed loops
-  std::vector<GraspLoad> grasp_loads;  // per phase and grasp
-  std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
-  std::optional<PhaseEnd> post_impact_end;
+  std::vector<LoopReport> loops;                       // per phase with closed loops
+  std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
+  std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase
+  bool without_impact = false;                         // the scenario has none: motion alone
+  std::vector<MotionPhaseReport> phases;               // after the impact, or of motion alone; that have ended
+  std::optional<PhaseEnd> post_impact_end;             // of the last of them
   std::optional<DetumblingReport> detumbling;          // in it
   std::optional<BaseKeepingReport> base_keeping;       // in it
   std::optional<ImpedanceReport> approach_impedance;   // in the approach

@@ -62,6 +62,10 @@ const Type& type_of<BodyMotion>();
 template <>
 const Type& type_of<PhaseEnd>();
 template <>
+const Type& type_of<MotionPhaseReport::End>();
+template <>
+const Type& type_of<MotionPhaseReport>();
+template <>
 const Type& type_of<GraspOutcome>();
 template <>
 const Type& type_of<PlanTerm>();

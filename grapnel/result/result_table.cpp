@@ -563,9 +563,22 @@ std::string post_impact_table(const CaptureResult& result) {
   TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
-  return fmt::format("\nafter the impact, at its end (t = {} s{})\n", short_number(end.time),
-                     beyond(result, end.time)) +
+  return fmt::format("\n{}, at its end (t = {} s{})\n", result.without_impact ? "motion" : "after the impact",
+                     short_number(end.time), beyond(result, end.time)) +
          base.text();
+}
+
+// Of a sequence of phases, or one that may end before its duration.
+std::string phases_table(const CaptureResult& result) {
+  const auto by_condition = [](const MotionPhaseReport& p) { return p.ended == MotionPhaseReport::End::condition; };
+  if (result.phases.size() < 2 && std::none_of(result.phases.begin(), result.phases.end(), by_condition)) return "";
+  TextTable table;
+  table.row({"phase", "begin", "end", "ended by", "base angular velocity"});
+  table.row({"", "s", "s", "", "rad/s"});
+  for (const MotionPhaseReport& p : result.phases)
+    table.row({p.name, short_number(p.begin), short_number(p.end), name_of(p.ended),
+               p.at_end ? vector(p.at_end->base.angular_velocity) : "-"});
+  return "\n" + table.text();
 }
 
 // "at rest at t = 75.2 s" and the like.
@@ -675,10 +688,10 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
-         impact_tables(result) + release_lines(result) + post_impact_table(result) + law_tables(result) +
-         elastic_table(result) + wheel_table(result) + gyro_table(result) + thruster_table(result) +
-         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
-         ledger_table(result.ledger);
+         impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
+         law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
+         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
+         clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

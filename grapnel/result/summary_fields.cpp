@@ -377,7 +377,9 @@ struct PostImpact {
 };
 
 bool has_approach(const CaptureResult& r) { return r.approach_start || r.approach_end || r.plan; }
-bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.loops.empty() || !r.grasp_loads.empty(); }
+bool has_phases(const CaptureResult& r) {
+  return r.post_impact_end || !r.phases.empty() || !r.loops.empty() || !r.grasp_loads.empty();
+}
 
 }  // namespace
 
@@ -460,7 +462,8 @@ const Type& type_of<PostImpact>() {
   using P = PostImpact;
   static constexpr Field fields[] = {derived < [](const P& p) -> auto& {return p.result->post_impact_end;
 }
-> ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->loops; }
+> ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->phases; }
+> ("phases", "", "that have ended, in the order of time"), derived < [](const P& p) -> auto& { return p.result->loops; }
 > ("loops", "", "absent where no loop was closed").when<[](const P& p) { return !p.result->loops.empty(); }>(),
     derived < [](const P& p) -> auto& {
   return p.result->grasp_loads;
@@ -477,7 +480,8 @@ const Type& type_of<PostImpact>() {
 > ("grasp_force", "", "absent without it"),
 }
 ;
-static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
+static constexpr Type type =
+    structure<P>("PostImpact", "the motion after the impact, or of a run without one.", fields);
 return type;
 }
 
@@ -523,7 +527,10 @@ const Type& type_of<Summary>() {
 > ("releases", "", "grasps that are released, in the order of time; absent if there are none")
         .when<[](const S& s) { return !s.result.releases.empty(); }>(),
     derived<[](const S& s) { return PostImpact{&s.result}; }>("post_impact", "", "absent without such motion")
-        .when<[](const S& s) { return has_post_impact(s.result); }>(),
+        .when<[](const S& s) { return has_phases(s.result) && !s.result.without_impact; }>(),
+    derived<[](const S& s) { return PostImpact{&s.result}; }>("motion", "",
+                                                              "of a scenario in which nothing is captured; else absent")
+        .when<[](const S& s) { return has_phases(s.result) && s.result.without_impact; }>(),
     derived < [](const S& s) -> auto& {
   return s.result.peak_loads;
 }

@@ -273,7 +273,7 @@ void doubt_grasp_points(const Node& target, const std::string& path, const Targe
 
 void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults) {
   constexpr double kSame = 1e-3;  // [m]
-  const bool releases = problem.post_impact && !problem.post_impact->releases.empty();
+  const bool releases = problem.post_impact.any([](const PostImpactSetup& phase) { return !phase.releases.empty(); });
   const auto position = [&](const GraspSetup& grasp) -> const Vector3d* {
     for (const TargetSetup& t : problem.targets) {
       if (t.name != grasp.target) continue;

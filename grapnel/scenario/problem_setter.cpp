@@ -97,10 +97,10 @@ class Finder {
       return true;
     };
     bool kept = are_within(problem.joint_position, false) && are_within(problem.joint_rate, true);
-    if (problem.post_impact && problem.post_impact->move)
-      kept = kept && are_within(problem.post_impact->move->joints, false);
-    if (problem.post_impact && problem.post_impact->keep_base_attitude)
-      kept = kept && are_within(problem.post_impact->keep_base_attitude->posture, false);
+    for (const PostImpactSetup& phase : problem.post_impact) {
+      kept = kept && (!phase.move || are_within(phase.move->joints, false)) &&
+             (!phase.keep_base_attitude || are_within(phase.keep_base_attitude->posture, false));
+    }
     if (!problem.approach) return kept;
     const ApproachSetup& approach = *problem.approach;
     kept = kept && are_within(approach.final_position, false) &&

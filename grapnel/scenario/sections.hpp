@@ -97,7 +97,7 @@ const Type& grasps_description();
 const Type& approach_description();
 const Type& contact_description();
 const Type& impact_description();
-const Type& post_impact_description();
+const Type& phases_description();  ///< of CaptureProblem::post_impact, as a list
 const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();

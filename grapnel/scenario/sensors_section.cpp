@@ -231,11 +231,6 @@ void finish_sensors(Reading& reading) {
   };
   look_up("force_torque", "end_effector", reading.robot.end_effectors);
   look_up("relative_pose", "target", reading.targets);
-  const Node& post = part(reading.root, "post_impact");
-  for (const char* key : {"assumed", "identify"}) {
-    const Node& name = part(part(post, key), "target");
-    reading.targets.expect(name.text, name.mark, below("post_impact", key), reading.faults);
-  }
 }
 
 }  // namespace grapnel

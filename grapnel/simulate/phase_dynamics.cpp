@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "grapnel/constraint/loop_limits.hpp"
@@ -177,12 +178,14 @@ void PhaseDynamics::check_control() {
                            setup_.law_model->bodies().size() != model_.bodies().size()))
     throw std::invalid_argument("PhaseDynamics: the laws' model has another structure");
   if (!setup_.clock) return;
-  if (setup_.channels.empty()) {
-    for (std::size_t j = 0; j < channel_of_.size(); ++j) setup_.channels.push_back(static_cast<int>(j));
+  if (!setup_.channels) {
+    setup_.channels.emplace(channel_of_.size());
+    std::iota(setup_.channels->begin(), setup_.channels->end(), 0);
   }
-  if (setup_.channels.size() != setup_.clock->channels())
+  const std::vector<int>& channels = *setup_.channels;
+  if (channels.size() != setup_.clock->channels())
     throw std::invalid_argument("PhaseDynamics: the clock has another number of channels");
-  for (std::size_t c = 0; c < setup_.channels.size(); ++c) channel_of_.at(setup_.channels[c]) = static_cast<int>(c);
+  for (std::size_t c = 0; c < channels.size(); ++c) channel_of_.at(channels[c]) = static_cast<int>(c);
 }
 
 // Wheels hang on the root that they turn, by joints that nothing else drives.
@@ -493,10 +496,11 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), base_.wheel_rates(now_.v),
+  const std::vector<int>& channels = *setup_.channels;
+  ControlClock::Command said{std::vector<double>(channels.size()), base_.asked(), base_.wheel_rates(now_.v),
                              commanded_actuators_};
-  for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
-    const auto j = static_cast<std::size_t>(setup_.channels[c]);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto j = static_cast<std::size_t>(channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
   }
   setup_.clock->command(std::move(said), t, same_time_);

@@ -64,7 +64,9 @@ struct PhaseSetup {
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
-  std::vector<int> channels = {};  // of the clock: positions in Model::joints(); empty: all, in their order
+  /// Of the clock: positions in Model::joints(), none of a robot without driven joints; absent: all joints, in their
+  /// order.
+  std::optional<std::vector<int>> channels = {};
   /// Reads at the clock's ticks what laws and controller see; null: they see the truth. It has a state, as the clock.
   std::shared_ptr<SensorReader> sensors = {};
   /// What laws that know the model, and the controller, take it for: of the same structure, with other inertia; null:

@@ -191,7 +191,7 @@ struct Cost {
 Cost cost_of(const CaptureResult& result, const std::string& phase) {
   Cost cost;
   for (const PhaseCost& piece : result.cost) {
-    if (!piece.phase.starts_with(phase)) continue;
+    if (piece.phase != phase && !piece.phase.starts_with(phase + "_")) continue;
     cost.steps += piece.steps;
     cost.rejected += piece.rejected;
   }
@@ -256,17 +256,18 @@ std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   return causes;
 }
 
-std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
+std::vector<std::string> causes_afterwards(const CaptureProblem& problem, const PostImpactSetup& after) {
+  const std::string key = phases_key(problem);
   std::vector<std::string> causes;
   add_bending(problem, causes);
-  const PostImpactSetup& after = *problem.post_impact;
   if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
   if (has_gains(after.joints))
-    causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of post_impact)",
-                                 largest(after.kp), largest(after.kd)));
-  if (after.base_control) causes.push_back("a base under attitude control (smaller gains of post_impact.base_control)");
+    causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of {})",
+                                 largest(after.kp), largest(after.kd), key));
+  if (after.base_control)
+    causes.push_back(fmt::format("a base under attitude control (smaller gains of {}.base_control)", key));
   if (problem.grasps.size() > 1)
-    causes.push_back("closed loops, which are projected after every step (post_impact.duration)");
+    causes.push_back(fmt::format("closed loops, which are projected after every step ({}.duration)", key));
   add_general(problem, causes);
   return causes;
 }
@@ -291,10 +292,10 @@ std::vector<std::string> slow_phases(const CaptureProblem& problem, const Captur
     const double duration = result.approach_end ? result.approach_end->time : problem.approach->duration;
     look_at("approach", result, duration, causes_of_approach(problem), lines);
   }
-  if (problem.post_impact) {
-    const double duration =
-        result.post_impact_end ? result.post_impact_end->time - result.capture_time : problem.post_impact->duration;
-    look_at("post_impact", result, duration, causes_afterwards(problem), lines);
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) {
+    const PostImpactSetup& phase = problem.post_impact[k];
+    const double duration = k < result.phases.size() ? result.phases[k].duration() : phase.duration;
+    look_at(phase_name(problem, k), result, duration, causes_afterwards(problem, phase), lines);
   }
   return lines;
 }

@@ -82,6 +82,11 @@ double clear_until(const CaptureResult& r) {
   return r.post_impact_end ? r.post_impact_end->time : r.approach_end ? r.approach_end->time : NAN;
 }
 
+// The state at the end of all motion; `may_be_approach`: also that of an approach which nothing follows.
+const std::optional<PhaseEnd>& end_of_motion(const CaptureResult& r, bool may_be_approach) {
+  return r.post_impact_end || !may_be_approach ? r.post_impact_end : r.approach_end;
+}
+
 class Builder {
  public:
   explicit Builder(const CaptureProblem& problem) : problem_(problem) {}
@@ -178,8 +183,10 @@ class Builder {
   }
 
   void motion_afterwards() {
-    const auto end = [](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
-      return r.post_impact_end ? (r.post_impact_end->base.*field)[k] : NAN;
+    const bool without_grasps = problem_.grasps.empty();
+    const auto end = [without_grasps](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
+      const std::optional<PhaseEnd>& last = end_of_motion(r, without_grasps);
+      return last ? (last->base.*field)[k] : NAN;
     };
     for (int k = 0; k < 3; ++k) {
       add(std::string("end/base/velocity/") + kComponents[k], "m/s", "of the base at the end, in W",
@@ -189,7 +196,10 @@ class Builder {
       add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
           [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
     }
-    if (problem_.post_impact && problem_.post_impact->detumble) detumbling();
+    if (without_grasps) posture_at_end();
+    if (problem_.post_impact.size() > 1 || problem_.post_impact.any([](const auto& p) { return p.until.has_value(); }))
+      phases();
+    if (problem_.post_impact.any([](const auto& p) { return p.detumble.has_value(); })) detumbling();
     if (!problem_.robot.thrusters.empty()) thrusters();
     if (!problem_.robot.gyros.empty()) gyros();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
@@ -198,6 +208,68 @@ class Builder {
           for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
           return least;
         });
+  }
+
+  // Of a simulation in which nothing is captured: where it leads.
+  void posture_at_end() {
+    for (const BodyDescription& body : problem_.robot.bodies) {
+      const JointDescription& joint = body.joint;
+      if (!has_one_axis(joint.type) || yields(joint)) continue;
+      const auto value = [name = joint.name](auto values) {
+        return [name, values](const StudyCase&, const CaptureResult& r) {
+          const std::optional<PhaseEnd>& last = end_of_motion(r, true);
+          if (!last) return double(NAN);
+          const auto at = std::find(last->joints.names.begin(), last->joints.names.end(), name);
+          return at == last->joints.names.end() ? double(NAN) : values(*last)[at - last->joints.names.begin()];
+        };
+      };
+      const AxisUnits units = axis_units(joint.type);
+      add("end/joints/" + joint.name + "/position", units.position, "of the joint at the end",
+          value([](const PhaseEnd& end) -> const auto& { return end.joints.position; }));
+      add("end/joints/" + joint.name + "/velocity", units.rate, "of the joint at the end",
+          value([](const PhaseEnd& end) -> const auto& { return end.joints.velocity; }));
+    }
+    attitude_error();
+  }
+
+  // Where the last phase states an attitude.
+  void attitude_error() {
+    const auto desired = [](const CaptureProblem& problem) -> const Rotationd* {
+      const std::optional<BaseControlSetup>* control = nullptr;
+      if (problem.approach) control = &problem.approach->base_control;
+      if (problem.post_impact) control = &problem.post_impact.back().base_control;
+      return control && *control && (*control)->R_WD ? &*(*control)->R_WD : nullptr;
+    };
+    if (!desired(problem_)) return;
+    add("end/base/attitude_error", "rad", "angle between the base's attitude at the end and the one that is stated",
+        [desired](const StudyCase& point, const CaptureResult& r) {
+          const std::optional<PhaseEnd>& last = end_of_motion(r, true);
+          const Rotationd* R_WD = desired(point.problem);
+          return last && R_WD ? rotation_angle(rotation_matrix(last->base.quaternion_wxyz) * transpose(*R_WD)) : NAN;
+        });
+  }
+
+  // Each under its name; NaN where the run did not come so far.
+  void phases() {
+    for (std::size_t i = 0; i < problem_.post_impact.size(); ++i) {
+      const std::string name = phase_name(problem_, i);
+      const auto of_phase = [name](auto value) {
+        return [name, value](const StudyCase&, const CaptureResult& r) {
+          for (const MotionPhaseReport& phase : r.phases) {
+            if (phase.name == name) return static_cast<double>(value(phase));
+          }
+          return double(NAN);
+        };
+      };
+      using P = MotionPhaseReport;
+      const std::string path = "phases/" + name + "/";
+      add(path + "duration", "s", "of the phase", of_phase([](const P& p) { return p.duration(); }));
+      add(path + "condition_met", "1", "whether what it is until held before its duration was over",
+          of_phase([](const P& p) { return p.ended == P::End::condition; }));
+      for (int k = 0; k < 3; ++k)
+        add(path + "base/angular_velocity/" + kComponents[k], "rad/s", "of the base at its end, in W",
+            of_phase([k](const P& p) { return p.at_end ? p.at_end->base.angular_velocity[k] : double(NAN); }));
+    }
   }
 
   void detumbling() {
@@ -378,6 +450,7 @@ class Builder {
           const auto at = std::find(r.plan->joints.begin(), r.plan->joints.end(), joint) - r.plan->joints.begin();
           return at < std::ssize(r.plan->final_position) ? r.plan->final_position[at] : NAN;
         });
+    if (problem_.grasps.empty()) return;  // there is no impact
     add("joints/" + joint + "/velocity_change", units.rate, "of the joint, in the impact",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
@@ -419,9 +492,12 @@ CaptureDetail detail_of(std::span<const Column> columns) {
 
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   Builder build(problem);
-  build.outcome();
-  build.grasps();
-  build.impact();
+  // Without grasps nothing can be captured.
+  if (!problem.grasps.empty()) {
+    build.outcome();
+    build.grasps();
+    build.impact();
+  }
   build.joints();
   build.plan();
   build.ratings(with_motion_afterwards);
@@ -515,14 +591,15 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
                    has_one_axis(body.joint.type) ? &units : nullptr, body.joint.limits.effort, all);
   }
   for (const EndEffectorSetup& e : problem.robot.end_effectors) add_quantities(e.name, e.rating, nullptr, NAN, all);
-  const BaseControlSetup* controls[2] = {
-      problem.approach && problem.approach->base_control ? &*problem.approach->base_control : nullptr,
-      problem.post_impact && problem.post_impact->base_control ? &*problem.post_impact->base_control : nullptr};
+  std::vector<const BaseControlSetup*> controls;
+  if (problem.approach && problem.approach->base_control) controls.push_back(&*problem.approach->base_control);
+  for (const PostImpactSetup& phase : problem.post_impact) {
+    if (phase.base_control) controls.push_back(&*phase.base_control);
+  }
   for (int k = 0; k < 3; ++k) {
     bool limited = false;
-    for (const BaseControlSetup* control : controls) limited = limited || (control && std::isfinite(control->limit[k]));
-    if (controls[0] || controls[1])
-      all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, limited});
+    for (const BaseControlSetup* control : controls) limited = limited || std::isfinite(control->limit[k]);
+    if (!controls.empty()) all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, limited});
   }
   return all;
 }

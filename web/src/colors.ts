@@ -78,12 +78,15 @@ export const kPhaseTints: Record<string, string> = {
   approach: "rgba(0,114,178,0.07)",
   contact: "rgba(213,94,0,0.22)",
   post_impact: "rgba(0,158,115,0.07)",
+  motion: "rgba(0,158,115,0.07)",
   released: "rgba(119,119,119,0.08)",
   [kBeyond]: "rgba(90,90,90,0.24)",
 };
 
-// "contact_2" is tinted as "contact".
+// "contact_2" is tinted as "contact"; a phase with a name of its own as motion.
 export function phaseTint(phase: string): string {
   if (phase.startsWith(kBeyond)) return kPhaseTints[kBeyond];
-  return kPhaseTints[phase] ?? kPhaseTints[phase.replace(/_\d+$/, "")] ?? "transparent";
+  const plain = phase.replace(/_\d+$/, "");
+  if (plain === "brake") return "transparent";  // takes no time
+  return kPhaseTints[phase] ?? kPhaseTints[plain] ?? kPhaseTints.motion;
 }
