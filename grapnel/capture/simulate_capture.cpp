@@ -170,7 +170,7 @@ MotionPhase begin_post_impact(CaptureRun& run) {
   run.joints.control_attitude(setup.base_control, run.bodies);
   run.joints.begin_post_impact(run.bodies.time);
   run.identification.begin_post_impact(run.bodies.time);
-  run.law.begin_post_impact(run.bodies.system, run.bodies.state);
+  run.law.begin_post_impact(run.bodies.system, run.joints.known_posture(run.bodies));
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
 
