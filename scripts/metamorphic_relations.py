@@ -12,7 +12,7 @@ import metamorphic_scenarios as s
 RELATIONS = {}
 
 
-def relation(bound=1e-7, **settings):
+def relation(bound=1e-6, **settings):
     def add(function):
         RELATIONS[function.__name__] = {"change": function, "bound": bound, "doc": function.__doc__.split("\n")[0], **settings}
         return function
@@ -21,6 +21,13 @@ def relation(bound=1e-7, **settings):
 
 def same(outcome):
     return outcome
+
+
+def comparable_impulses(scenario):
+    """Angular impulses of an impact in time are about a point that moves as the base's origin does at t = 0: they are
+    comparable only where this motion is the same."""
+    compliant = scenario["impact"].get("law") == "compliant"
+    return lambda o: {k: x for k, x in o.items() if not (compliant and k.endswith("/angular_impulse"))}
 
 
 def noisy(scenario):
@@ -133,6 +140,8 @@ def mirrored_scene(scenario, random):
         if "axis" in link["joint"]:
             flip = mirrored if link["joint"]["type"] == "prismatic" else mirrored_axial
             link["joint"]["axis"] = flip(link["joint"]["axis"])
+        for key in ("from", "to", "section_y") if "beam" in link else ():
+            link["beam"][key] = mirrored(link["beam"][key])
     for effector in robot["end_effectors"]:
         mirror_pose(effector)
     for wheel in robot.get("wheels", []):
@@ -174,7 +183,7 @@ def mirrored_scene(scenario, random):
 
 # --- Units ---
 
-@relation(bound=1e-6)
+@relation()
 def scaled_units(scenario, random):
     """Other units of length, mass and time."""
     if "orbit" in scenario or noisy(scenario):
@@ -183,7 +192,7 @@ def scaled_units(scenario, random):
     L, M, T = d.decades(0.5, 2), d.decades(0.3, 3), d.decades(0.5, 2)
     units = {"m": L, "kg": M, "s": T, "kg m^2": M * L * L, "m/s": L / T, "1/s": 1 / T, "m/s^2": L / T**2, "N": M * L / T**2,
              "N m": M * L * L / T**2, "N m/rad": M * L * L / T**2, "N m s/rad": M * L * L / T, "N/m": M / T**2, "N s/m": M / T,
-             "N s": M * L / T, "N m s": M * L * L / T, "J": M * L * L / T**2, "1/s^2": 1 / T**2}
+             "N s": M * L / T, "N m s": M * L * L / T, "J": M * L * L / T**2, "N m^2": M * L**3 / T**2, "1/s^2": 1 / T**2}
 
     def change(mapping, key, unit):
         if key not in mapping:
@@ -200,6 +209,9 @@ def scaled_units(scenario, random):
         body(link)
         joint = link["joint"]
         change(joint["origin"], "position", "m")
+        for key, unit in (("from", "m"), ("to", "m"), ("bending_stiffness_y", "N m^2"), ("bending_stiffness_z", "N m^2"),
+                          ("fastest_mode", "1/s")):
+            change(link.get("beam", {}), key, unit)
         joints[joint["name"]] = slides = joint["type"] == "prismatic"
         limits, friction, spring = joint.get("limits", {}), joint.get("friction", {}), joint.get("spring", {})
         for key in ("lower", "upper"):
@@ -430,6 +442,8 @@ def moved_link_frames(scenario, random):
         if "axis" in link["joint"]:
             link["joint"]["axis"] = g.unit(g.turn(back, link["joint"]["axis"]))
         link["com"], link["inertia"] = g.turn(back, link["com"]), g.turn_inertia(back, link["inertia"])
+        for key in ("from", "to", "section_y") if "beam" in link else ():
+            link["beam"][key] = g.turn(back, link["beam"][key])
     for link in robot["links"]:
         if link["parent"] in turns:
             back, origin = g.conjugate(turns[link["parent"]]), link["joint"]["origin"]
@@ -465,11 +479,10 @@ def moved_base_frame(scenario, random):
     for thruster in robot.get("thrusters", []):
         thruster["position"] = g.sub(thruster["position"], offset)
 
-    compliant = scenario["impact"].get("law") == "compliant"
+    known = comparable_impulses(scenario)
 
     def expect(o):
-        # Angular impulses of an impact in time are about a point that moves as the base's origin did at the start.
-        moved = {k: x for k, x in o.items() if not (compliant and k.endswith("/angular_impulse"))}
+        moved = known(o)
         arm = g.turn(o["base/attitude"][1], offset)
         moved["base/position"] = ("point", g.add(o["base/position"][1], arm))
         moved["base/velocity"] = ("vector", g.add(o["base/velocity"][1], g.cross(o["base/angular_velocity"][1], arm)))
@@ -484,7 +497,7 @@ def split_bodies(scenario, random):
     robot = scenario["robot"]
     parts = []
     for body in [robot["base"]] + robot["links"]:
-        if "rotor_inertia" in body.get("joint", {}) or "elasticity" in body.get("joint", {}):
+        if "rotor_inertia" in body.get("joint", {}) or "elasticity" in body.get("joint", {}) or "beam" in body:
             continue
         mass, share = body["mass"], d.between(0.1, 0.6)
         apart = d.vector(0.05)  # from the rest to the part
@@ -550,7 +563,7 @@ def continuous_joints(scenario, random):
 def weightless_part(scenario, random):
     """A part of next to no mass is welded to the last link."""
     robot = scenario["robot"]
-    robot["links"].append({"name": "speck", "parent": robot["links"][-1]["name"], "mass": 1e-9, "com": [0, 0, 0],
+    robot["links"].append({"name": "speck", "parent": robot["end_effectors"][-1]["link"], "mass": 1e-9, "com": [0, 0, 0],
                            "inertia": [1e-12, 1e-12, 1e-12, 0, 0, 0],
                            "joint": {"name": "speck-weld", "type": "fixed",
                                      "origin": {"position": [0.1, 0, 0], "quaternion_wxyz": [1, 0, 0, 0]}}})
@@ -559,11 +572,11 @@ def weightless_part(scenario, random):
 
 # --- Computation ---
 
-@relation(bound=1e-6, verdicts=False)
+@relation(verdicts=False)
 def other_integrator(scenario, random):
     """rk4 with short steps integrates the motion."""
     robot = scenario["robot"]
-    if any("elasticity" in link["joint"] for link in robot["links"]):
+    if any("elasticity" in link["joint"] or "beam" in link for link in robot["links"]):
         return None  # the steps of rk4 would have to be much shorter
     scenario["integration"] |= {"method": "rk4", "step": 5e-4}
     return scenario, same
@@ -618,18 +631,54 @@ def lanes(scenario, random):
     return scenario, same
 
 
-@relation(bound=1e-6, program="continued")
+def without_memory(scenario):
+    """The scenario without what a scenario cannot begin with as a run has left it: computer, springs, actuators, orbit."""
+    robot, post = scenario["robot"], scenario["post_impact"]
+    for key in ("control", "sensors", "orbit"):
+        scenario.pop(key, None)
+    for key in ("wheels", "gyros", "thrusters"):
+        robot.pop(key, None)
+    for key in ("wheel_rates", "gimbal_angles"):
+        scenario["initial"].pop(key, None)
+    post.pop("release", None)
+    if post.get("base_control", {}).get("actuators") != "outside":
+        post.pop("base_control", None)
+    robot["links"] = [link for link in robot["links"] if "spring" not in link["joint"] and "beam" not in link]
+    for link in robot["links"]:
+        link["joint"].pop("elasticity", None)
+    for target in scenario["targets"]:
+        target.pop("panels", None)
+    return scenario
+
+
+def free_after_grasps(scenario):
+    """Without memory and approach, and with free joints and constant loads after grasps that close at once."""
+    scenario = without_memory(scenario)
+    if any(grasp["model"] == "contact" for grasp in scenario["grasps"]):
+        return None
+    scenario.pop("approach", None)
+    for target in scenario["targets"]:
+        target["state"].pop("at", None)
+    for joint in s.joints_of(scenario).values():
+        if "stop" not in joint.get("limits", {}):
+            joint.pop("limits", None)  # a scenario must not begin beyond them
+    scenario["post_impact"] = {"duration": scenario["post_impact"]["duration"], "joints": "free"}
+    scenario["impact"] = {"duration": 1e-3, "joints": scenario["impact"]["joints"]}
+    for load in scenario.get("external_wrenches", []):
+        load["time"] = {"shape": "constant"}
+    return scenario
+
+
+@relation(program="continued", simplify=free_after_grasps)
 def continued_run(scenario, random):
     """A run that begins where another has ended goes on as one that does not stop."""
-    robot, post = scenario["robot"], scenario["post_impact"]
-    springs = any("spring" in link["joint"] or "elasticity" in link["joint"] for link in robot["links"])
-    panels = any("panels" in t for t in scenario["targets"])
-    outside = [k for k in ("orbit", "control", "approach") if k in scenario] + [w for w in scenario.get("external_wrenches", [])
-                                                                     if w["time"]["shape"] != "constant"]
-    held = all(x["model"] != "contact" for x in scenario["grasps"]) and "release" not in post
-    if springs or panels or outside or not held or "wheels" in robot or "gyros" in robot or post["joints"] != "free" or "base_control" in post or "law" in scenario["impact"]:
-        return None
     return scenario, same
+
+
+@relation(program="shifted", simplify=lambda scenario: without_memory(scenario) if "approach" in scenario else None)
+def time_shift(scenario, random):
+    """The capture happens at t = 0, from the state that the approach ends in; loads act earlier by its duration."""
+    return scenario, comparable_impulses(scenario)
 
 
 def changed(name, scenario, random):

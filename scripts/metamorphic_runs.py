@@ -3,7 +3,7 @@ vector (in W), axial (axial vector in W), attitude (quaternion of a body in W) a
 import copy
 import csv
 import json
-import pathlib
+import math
 import subprocess
 
 import metamorphic_geometry as g
@@ -71,6 +71,32 @@ def outcome_of(summary):
     for target in end.get("targets", []):
         put_body("target/" + target["name"], target)
     return outcome
+
+
+def features_of(scenario, summary):
+    """What the scenario uses and what happened in it, for the tally."""
+    robot, links = scenario["robot"], scenario["robot"]["links"]
+    drives = summary.get("joints") or []
+    present = {
+        "arms": len(robot["end_effectors"]) > 1,
+        "loops": len(scenario["grasps"]) > len(scenario["targets"]) and scenario["grasps"][0]["model"] != "contact",
+        "contacts": scenario["grasps"][0]["model"] == "contact",
+        "compliant": scenario["impact"].get("law") == "compliant",
+        "approach": "approach" in scenario,
+        "sampled": "control" in scenario,
+        "sensors": "sensors" in scenario,
+        "wheels": "wheels" in robot, "gyros": "gyros" in robot, "thrusters": "thrusters" in robot,
+        "sprung panels": any("spring" in link["joint"] for link in links) or any("panels" in t for t in scenario["targets"]),
+        "beams": any("beam" in link for link in links),
+        "elastic gears": any("elasticity" in link["joint"] for link in links),
+        "sticking friction": any(link["joint"].get("friction", {}).get("model") == "sticking" for link in links),
+        "stuck": any(d["sticks"] > 0 for d in drives),
+        "stops met": any(d["stop_impacts"] > 0 for d in drives),
+        "gravity": "gravity" in scenario, "orbit": "orbit" in scenario, "loads": "external_wrenches" in scenario,
+        "releases": "release" in scenario["post_impact"],
+        "fixed bases": robot["base"]["mode"] == "fixed",
+    }
+    return [name for name, there in present.items() if there]
 
 
 CHECKS = ("linear_momentum_drift", "angular_momentum_drift", "work_energy_residual", "energy_drift",
@@ -142,23 +168,43 @@ def campaign_outcome(program, scenario, folder, name):
     return outcome
 
 
+def begin_from(scenario, end):
+    """The scenario begins in the state that a phase of a summary has ended in."""
+    def put(state, body):
+        for key in ("position", "quaternion_wxyz", "velocity", "angular_velocity"):
+            if key in state:
+                state[key] = body[key]
+    put(scenario["initial"]["base"], end["base"])
+    for i, joint in enumerate(end["joints"]["names"]):
+        scenario["initial"]["joints"][joint] = end["joints"]["position"][i]
+        scenario["initial"]["joint_rates"][joint] = end["joints"]["velocity"][i]
+    for target in scenario["targets"]:
+        put(target["state"], next(t for t in end["targets"] if t["name"] == target["name"]))
+
+
+def shifted(program, scenario, summary, folder, name):
+    """The scenario without its approach, from the state in which that has ended."""
+    scenario = copy.deepcopy(scenario)
+    duration = scenario.pop("approach")["duration"]
+    begin_from(scenario, summary["approach"]["end"])
+    for load in scenario.get("external_wrenches", []):
+        time = load["time"]
+        for key in ("start", "end"):
+            if key in time:
+                time[key] -= duration
+        if time["shape"] == "sine":
+            time["phase"] += 2 * math.pi * time["frequency"] * duration
+    outcome = outcome_of(run(program, scenario, folder, name))
+    outcome["time"] = ("scalar", [outcome["time"][1][0] + duration])
+    return outcome
+
+
 def continued(program, scenario, folder, name):
     """The scenario in two runs, the second from where the first has ended."""
     first, second = copy.deepcopy(scenario), copy.deepcopy(scenario)
     whole = scenario["post_impact"]["duration"]
     first["post_impact"]["duration"] = second["post_impact"]["duration"] = whole / 2
-    end = run(program, first, folder, name + "-first")["post_impact"]["end"]
-
-    def put(state, body):
-        for key in ("position", "quaternion_wxyz", "velocity", "angular_velocity"):
-            if key in state:
-                state[key] = body[key]
-    put(second["initial"]["base"], end["base"])
-    for i, joint in enumerate(end["joints"]["names"]):
-        second["initial"]["joints"][joint] = end["joints"]["position"][i]
-        second["initial"]["joint_rates"][joint] = end["joints"]["velocity"][i]
-    for target in second["targets"]:
-        put(target["state"], next(t for t in end["targets"] if t["name"] == target["name"]))
+    begin_from(second, run(program, first, folder, name + "-first")["post_impact"]["end"])
     second["impact"]["joints"] = "free"
     outcome = outcome_of(run(program, second, folder, name))
     outcome["time"] = ("scalar", [whole])

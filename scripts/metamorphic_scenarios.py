@@ -163,12 +163,26 @@ class Maker:
     def panel(self, robot):
         d = self.d
         mass = 0.05 * self.mass
+        if d.chance(0.4):
+            return self.boom(robot, mass)
         inertia = d.inertia(mass, 1.5)
         robot["links"].append({
             "name": "panel", "parent": "base", "mass": mass, "com": [0.8, 0, 0], "inertia": inertia,
             "joint": {"name": "panel-hinge", "type": "revolute", "axis": [0, 1, 0],
                       "origin": {"position": [0, 0.9, 0.2], "quaternion_wxyz": d.quaternion()},
                       "spring": {"stiffness": mass * d.between(5, 50), "damping": mass * d.between(0, 0.1), "rest": 0.0}}})
+
+    def boom(self, robot, mass):
+        """A slender rod that bends, clamped to the base."""
+        d = self.d
+        length = 1.6
+        across = mass * length**2 / 12
+        robot["links"].append({
+            "name": "boom", "parent": "base", "mass": mass, "com": [length / 2, 0, 0], "inertia": [1e-3 * mass, across, across, 0, 0, 0],
+            "joint": {"name": "boom-clamp", "type": "fixed",
+                      "origin": {"position": [0, 0.9, 0.2], "quaternion_wxyz": d.quaternion()}},
+            "beam": {"from": [0, 0, 0], "to": [length, 0, 0], "section_y": [0, 1, 0], "bending_stiffness_y": 100 * mass,
+                     "bending_stiffness_z": 300 * mass, "damping_ratio": 0.01, "segments": 2, "modes": 1, "fastest_mode": 100}})
 
     def actuators(self, robot):
         d = self.d
