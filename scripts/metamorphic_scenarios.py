@@ -110,6 +110,7 @@ class Maker:
         robot = {"name": "random", "base": {"mode": self.mode, "mass": self.mass, "com": d.vector(0.1),
                                             "inertia": d.inertia(self.mass, 1.5)}, "links": [], "end_effectors": []}
         self.arms = d.of(1, 1, 2, 2, 3)
+        self.scales = {}
         self.flexible = d.of("none", "none", "panel", "gear")
         for arm in range(self.arms):
             self.arm(robot, arm)
@@ -139,7 +140,9 @@ class Maker:
         d = self.d
         kind = d.of("revolute", "revolute", "revolute", "revolute", "continuous", "prismatic")
         joint = {"name": name, "type": kind, "axis": d.direction()}
-        effort = mass * reach * (1 if kind == "prismatic" else reach) * 0.05
+        # Of the inertia that the joint moves: gains and friction in proportion make no scenario stiff.
+        scale = self.scales[name] = mass * (1 if kind == "prismatic" else reach * reach)
+        effort = 0.05 * scale
         friction = d.of("none", "none", "smooth", "sticking")
         if friction == "smooth":
             joint["friction"] = {"model": "smooth", "viscous": effort * d.between(0, 1), "coulomb": effort * d.between(0, 0.3),
@@ -149,16 +152,18 @@ class Maker:
             joint["friction"] = {"model": "sticking", "viscous": effort * d.between(0, 1), "coulomb": coulomb,
                                  "static": coulomb * d.between(1, 1.5)}
         if d.chance(0.3):
-            joint["rotor_inertia"], joint["gear_ratio"] = 1e-6 * mass, d.of(-1, 1) * d.between(20, 100)
+            self.rotor(joint, d.of(-1, 1) * d.between(20, 100), scale)
         if kind != "continuous" and d.chance(0.3):  # the range is set about the initial value
             joint["limits"] = {"lower": -d.decades(0.003, 0.3), "upper": d.decades(0.003, 0.3)}
             if d.chance(0.7):
                 joint["limits"]["stop"] = {"restitution": d.of(0, d.between(0, 1)), "rest_rate": 1e-4}
         if self.flexible == "gear" and d.chance(0.2):
-            joint.setdefault("rotor_inertia", 1e-6 * mass)
-            joint.setdefault("gear_ratio", 50.0)
-            joint["elasticity"] = {"stiffness": effort * 2000, "damping": effort * 2}
+            self.rotor(joint, 50.0, scale)
+            joint["elasticity"] = {"stiffness": 1000 * scale, "damping": scale}
         return joint
+
+    def rotor(self, joint, ratio, scale):
+        joint["rotor_inertia"], joint["gear_ratio"] = self.d.between(0.03, 0.3) * scale / ratio**2, ratio
 
     def panel(self, robot):
         d = self.d
@@ -290,9 +295,9 @@ class Maker:
         post = {"duration": d.of(0.5, 1.0),
                 "joints": d.of("free", "free", "pd", "pd", "pd" if loops else "computed_torque", "braked")}
         if post["joints"] in ("pd", "computed_torque"):
-            stiff = {"pd": self.mass, "computed_torque": 4.0}[post["joints"]] * (0.5 if self.sampled else 1)
-            post["kp"] = {name: stiff * 0.2 * d.between(0.5, 1) for name in joints}
-            post["kd"] = {name: stiff * 0.1 * d.between(0.5, 1) for name in joints}
+            stiff = {name: (self.scales[name] if post["joints"] == "pd" else 1) * (2 if self.sampled else 6) for name in joints}
+            post["kp"] = {name: stiff[name] * d.between(0.5, 1) for name in joints}
+            post["kd"] = {name: 0.3 * stiff[name] * d.between(0.5, 1) for name in joints}
             if d.chance(0.4):
                 post["move"] = {"joints": {n: scenario["initial"]["joints"][n] + (0 if "limits" in j else d.between(-0.1, 0.1))
                                            for n, j in joints.items()},
