@@ -126,7 +126,7 @@ impact: {{}}
     assert env.robot.joints == ["shoulder", "wheel:spin"] and env.single_action_space.shape == (2,)
     env.reset()
     observation, *_ = env.step(np.array([[0.0, 1.0]]))
-    assert observation[0, 4] < 0  # the base turns against the wheel
+    assert observation[0, 6] < 0  # the base turns against the wheel, about z
 
 
 def test_perturbed_starts_are_repeatable(problem):

@@ -59,7 +59,8 @@ CaptureResult simulate(const std::string& text, double interval = 0.1) {
   CaptureResult result = simulate_capture(problem);
   EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
   for (const LedgerEntry& entry : result.ledger.entries) {
-    if (entry.kind == LedgerEntry::Kind::conservation) EXPECT_TRUE(entry.pass()) << entry.name << " " << entry.value;
+    if (entry.kind != LedgerEntry::Kind::conservation) continue;
+    EXPECT_TRUE(entry.pass()) << entry.name << " " << entry.value;
   }
   return result;
 }
