@@ -34,14 +34,20 @@ bool RunJoints::settle_to(PostImpactSetup::Joints joints) const {
   return problem_.post_impact && problem_.post_impact->joints == joints;
 }
 
-void RunJoints::settle(const RunBodies& bodies, std::size_t joint) {
+// Laws that hold a posture take their set points from the readings of the sensors that exist.
+State RunJoints::known_posture(const RunBodies& bodies) const {
+  return sensors_ ? sensors_->known_posture(bodies.system, bodies.state, bodies.time) : bodies.state;
+}
+
+void RunJoints::settle(const RunBodies& bodies, const State& known, std::size_t joint) {
   control_.settled[joint] = true;
-  control_.hold[joint] = bodies.state.q[joint_body(bodies.system, joint).q];
+  control_.hold[joint] = known.q[joint_body(bodies.system, joint).q];
 }
 
 void RunJoints::settle_all(const RunBodies& bodies) {
   control_.approaching = false;
-  for (std::size_t j = 0; j < size(); ++j) settle(bodies, j);
+  const State known = known_posture(bodies);
+  for (std::size_t j = 0; j < size(); ++j) settle(bodies, known, j);
 }
 
 void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodies) {
@@ -60,17 +66,18 @@ void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodie
 
 void RunJoints::settle_arm(const RunBodies& bodies, std::size_t grasp) {
   const Model& model = bodies.system.model;
+  const State known = known_posture(bodies);
   int body = model.frames()[model.frame_index(problem_.grasps[grasp].end_effector)].body;
   for (; body >= 0; body = model.bodies()[body].parent) {
     for (std::size_t j = 0; j < size(); ++j) {
-      if (model.joints()[bodies.system.robot_joints[j]] == body) settle(bodies, j);
+      if (model.joints()[bodies.system.robot_joints[j]] == body) settle(bodies, known, j);
     }
   }
 }
 
 void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies) {
   control_.attitude.reset();
-  if (setup) control_.attitude = attitude_control(*setup, bodies.system, bodies.state).R_WD;
+  if (setup) control_.attitude = attitude_control(*setup, bodies.system, known_posture(bodies)).R_WD;
 }
 
 PhaseSetup RunJoints::setup(const RunBodies& bodies) {
@@ -205,7 +212,9 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       law(problem),
       identification(problem),
       sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
-      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {}
+      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {
+  joints.observe(sensors.get());
+}
 
 bool CaptureRun::next_motion_phase() {
   if (motion_phase_ + 1 >= phase_names_.size()) return false;

@@ -94,6 +94,10 @@ class RunJoints {
  public:
   RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame);
 
+  /// Through which set points are known, from now on; null: they are the true values. It outlives this.
+  void observe(const SensorRun* sensors) { sensors_ = sensors; }
+  /// The bodies' state with the posture as laws know it now; see SensorRun::known_posture().
+  State known_posture(const RunBodies& bodies) const;
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
   /// Of sampled control; null without it.
@@ -126,7 +130,7 @@ class RunJoints {
   bool are_controlled() const;
   /// Whether drives are cut at their effort limits in it.
   bool efforts_are_cut() const;
-  /// What joints are to follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
+  /// What joints follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
   std::vector<JointTrajectory> references() const;
   /// The base's attitude that is kept; absent: it is not controlled.
   const std::optional<Rotationd>& kept_attitude() const { return control_.attitude; }
@@ -137,13 +141,14 @@ class RunJoints {
   std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
 
  private:
-  void settle(const RunBodies& bodies, std::size_t joint);
+  void settle(const RunBodies& bodies, const State& known, std::size_t joint);
   std::vector<HeldRate> with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const;
 
   std::shared_ptr<Controller> controller(const RunBodies& bodies);
 
   const CaptureProblem& problem_;
   const MovingFrame frame_;
+  const SensorRun* sensors_ = nullptr;
   std::shared_ptr<ControlClock> clock_;        // of the whole run; null: laws speak continuously
   std::shared_ptr<ThrusterBank> thrusters_;    // likewise; null: there are none
   std::shared_ptr<Controller> controller_;     // likewise, once it is needed

@@ -349,9 +349,9 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, meeting_contacts);
   std::optional<LawDrive> drive;
   const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
-  if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model, bodies.state,
-                               bodies.time, meeting_contacts, masses))
-    drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock());
+  if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
+                               run.joints.known_posture(bodies), bodies.time, meeting_contacts, masses))
+    drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool looked = false;
   const auto look = [&](const CompliantSample& sample) {
     if (!looked) {

@@ -105,10 +105,10 @@ class ImpedanceOfRun : public LawOfRun {
   bool has_work(const CaptureSystem& system) const override { return !approach_ || system.grasps.empty(); }
 
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        double time) override {
+                                        const State& known, double time) override {
     Prepared p = prepare(problem_, system);
     if (references_.empty()) {
-      approach_ ? go(problem_, system, state, time, p.names, p.law) : stay(system, state, time, p.law);
+      approach_ ? go(problem_, system, known, time, p.names, p.law) : stay(system, known, time, p.law);
       for (const ImpedanceHand& hand : p.law.hands) references_.push_back(hand.reference);
       report_.emplace().begin = time;
     } else {

@@ -77,9 +77,9 @@ LawRun::LawRun(const CaptureProblem& problem) : problem_(problem) {
   if (approach_.part) now_ = &approach_;
 }
 
-void LawRun::begin_post_impact(const CaptureSystem& system, const State& state) {
+void LawRun::begin_post_impact(const CaptureSystem& system, const State& known) {
   now_ = after_.part ? &after_ : nullptr;
-  if (now_) now_->part->begin_post_impact(system, state);
+  if (now_) now_->part->begin_post_impact(system, known);
 }
 
 void LawRun::next_phase(CaptureResult& result) {
@@ -97,13 +97,13 @@ bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   return true;
 }
 
-std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, double time,
-                                              std::shared_ptr<const Model> law_model) {
+std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, const State& known,
+                                              double time, std::shared_ptr<const Model> law_model) {
   law_.reset();
   law_model_ = std::move(law_model);
   if (!now_ || now_->over || !now_->part->has_work(system)) return {};
   system_ = &system;
-  law_ = now_->part->begin_piece(system, law_model_ ? *law_model_ : system.model, state, time);
+  law_ = now_->part->begin_piece(system, law_model_ ? *law_model_ : system.model, state, known, time);
   now_->begun = true;
   return law_;
 }

@@ -96,7 +96,7 @@ MotionPhase begin_motion_phase(CaptureRun& run) {
   run.joints.control_attitude(setup.base_control, run.bodies);
   run.joints.begin_post_impact(now);
   run.identification.begin_post_impact(now);
-  run.law.begin_post_impact(run.bodies.system, run.bodies.state);
+  run.law.begin_post_impact(run.bodies.system, run.joints.known_posture(run.bodies));
   run.condition_met = false;
   for (std::string& text : unstable_gains(run, false)) run.result.warnings.push_back(std::move(text));
   return {run.phase_name(), now, now + setup.duration};

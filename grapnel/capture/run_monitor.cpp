@@ -29,8 +29,7 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
 
 void RunMonitor::begin_phase(Phase phase) {
   name_ = std::move(phase.name), system_ = &phase.system;
-  references_ = std::move(phase.references);
-  if (recorder_) recorder_->begin_phase(name_, references_);
+  if (recorder_) recorder_->begin_phase(name_);
   conservation_.begin_phase(phase.controlled, phase.dynamics.is_disturbed() || !phase.dynamics.setup().recover_roots);
   watches_.begin_phase(name_, phase.system, phase.efforts_are_cut, std::move(phase.opened));
   loops_.begin_phase(name_, problem_, phase.system);
@@ -92,8 +91,9 @@ void RunMonitor::restart_watch() {
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!looks_into_steps()) return {};
+  if (!looks_into_steps() && !watches_.watching()) return {};
   return [this](const PhaseStep& step) {
+    if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
     if (thrusters_.looks()) thrusters_.step(step);
     if (gyros_.looks()) gyros_.step(step);

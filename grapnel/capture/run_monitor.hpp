@@ -30,10 +30,9 @@ class RunMonitor {
     std::string name;
     const CaptureSystem& system;  // this and the next live until the phase ends
     const PhaseDynamics& dynamics;
-    bool controlled = false;                       // motors work in it, or attitude control
-    bool efforts_are_cut = false;                  // drives saturate at the effort limits
-    std::vector<JointTrajectory> references = {};  // what joints are to follow, for the record
-    std::vector<bool> opened = {};                 // GraspSchedule::opened()
+    bool controlled = false;           // motors work in it, or attitude control
+    bool efforts_are_cut = false;      // drives saturate at the effort limits
+    std::vector<bool> opened = {};     // GraspSchedule::opened()
   };
   void begin_phase(Phase phase);
   /// Whether samples are recorded.
@@ -53,7 +52,7 @@ class RunMonitor {
   void sample(const PhaseSample& sample, bool keep);
   /// The ends of some steps, instead of samples.
   void look(double time, const State& state, const PhaseIntegrals& integrals);
-  /// Looks into every step, for loads and plumes; empty where nobody wants to.
+  /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is watched.
   StepProbe load_probe();
   /// Of a phase that is integrated by somebody else: clearance and joint limits,
   void watch(double time, const State& state, std::span<const double> motor);
@@ -132,7 +131,6 @@ class RunMonitor {
   // The phase under way:
   std::string name_;
   const CaptureSystem* system_ = nullptr;
-  std::vector<JointTrajectory> references_;
   Kinematics kinematics_;
   std::vector<double> motor_;
 };

@@ -62,6 +62,7 @@ void SafetyMonitor::begin() {
   clearance_.begin_phase(name_, *system_, model_, parting_);
   limits_.emplace(efforts_are_cut_);
   limits_->begin_phase(name_, *system_);
+  step_end_.reset();
 }
 
 void SafetyMonitor::restart_phase() {
@@ -73,6 +74,19 @@ double SafetyMonitor::sample(double time, const State& state, std::span<const do
   if (any_limit()) limits_->sample(time, state, motor);
   if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
   return clearance_.sample(time, state).distance;
+}
+
+void SafetyMonitor::step(const PhaseStep& step) {
+  if (any_limit()) limits_->step(step.begin, step.end, step.fresh, step.state_at);
+  if (model_.pairs().empty()) return;
+  if (step.fresh && step_end_) {
+    const State& after = step.state_at(step.begin);
+    if (after.v != step_end_->v) {
+      clearance_.sample(step.begin, *step_end_);
+      clearance_.sample(step.begin, after);
+    }
+  }
+  step_end_ = step.state_at(step.end);
 }
 
 double SafetyMonitor::instant(const CaptureSystem& system, const Kinematics& kinematics) const {

@@ -31,6 +31,9 @@ class SafetyMonitor {
   /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
   /// minimum clearance of all pairs there [m]; NaN where nothing is watched.
   double sample(double time, const State& state, std::span<const double> motor);
+  /// The next step, before the samples in it: joint limits are judged on its dense output; where rates jump between two
+  /// steps, the clearance is sampled on both sides of the jump.
+  void step(const PhaseStep& step);
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
@@ -57,6 +60,7 @@ class SafetyMonitor {
   ClearanceWatch clearance_;
   std::optional<LimitWatch> limits_;
   std::vector<LimitEvent> limit_events_;
+  std::optional<State> step_end_;  // of the last step
   bool open_ = false;
   bool any_pair_ = false, any_phase_ = false;
   bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;

@@ -320,7 +320,7 @@ void LimitWatch::begin_phase(std::string name, const Model& model) {
 void LimitWatch::sample(double time, const State& state, std::span<const double> efforts) {
   if (!phase_) throw std::logic_error("LimitWatch: sample outside a phase");
   const Model& model = *phase_->model;
-  if (phase_->has_sample && !(time >= phase_->time)) {
+  if (!phase_->by_steps && phase_->has_sample && !(time >= phase_->time)) {
     throw std::invalid_argument("LimitWatch: the time goes backwards in phase '" + phase_->name + "'");
   }
   if (static_cast<int>(state.q.size()) != model.coordinates() ||
@@ -332,14 +332,99 @@ void LimitWatch::sample(double time, const State& state, std::span<const double>
   }
   for (Monitor& monitor : phase_->monitors) {
     if (monitor.kind == LimitKind::position || monitor.kind == LimitKind::rate) {
-      watch_motion(monitor, time, state);
+      if (!phase_->by_steps) watch_motion(monitor, time, state);
     } else if (!efforts.empty()) {
       watch_sample(monitor, {time, efforts[monitor.joint]});
     }
   }
+  if (phase_->by_steps) return;
   phase_->has_sample = true;
   phase_->time = time;
   phase_->state = state;
+}
+
+void LimitWatch::step(double begin, double end, bool fresh, const StateAt& at) {
+  if (!phase_) throw std::logic_error("LimitWatch: step outside a phase");
+  const bool continues = phase_->by_steps && !fresh && phase_->time == begin;
+  if (!continues) phase_->state = at(begin), phase_->time = begin;
+  const State first = phase_->state;
+  phase_->has_sample = phase_->by_steps = true;
+  phase_->state = at(end), phase_->time = end;
+  std::vector<State> inside;  // made once a monitor needs them
+  std::vector<Instant> instants;
+  for (Monitor& monitor : phase_->monitors) {
+    if (monitor.kind != LimitKind::position && monitor.kind != LimitKind::rate) continue;
+    const Instant a = instant_of(monitor, begin, first), b = instant_of(monitor, end, phase_->state);
+    if (!may_pass(monitor, a, b)) {
+      monitor.open_event = -1;
+      continue;
+    }
+    const auto time_of = [&](int part) { return begin + (end - begin) * part / kParts; };
+    for (int part = static_cast<int>(inside.size()) + 1; part < kParts; ++part) inside.push_back(at(time_of(part)));
+    instants.assign(1, a);
+    for (int part = 1; part < kParts; ++part)
+      instants.push_back(instant_of(monitor, time_of(part), inside[static_cast<std::size_t>(part) - 1]));
+    instants.push_back(b);
+    watch_parts(monitor, instants, at);
+  }
+}
+
+LimitWatch::Instant LimitWatch::instant_of(const Monitor& monitor, double time, const State& state) const {
+  const Body& body = phase_->model->bodies()[phase_->model->joints()[monitor.joint]];
+  return {time, state.q[body.q], state.v[body.v]};
+}
+
+// Whether the joint can pass the limit between two instants of a smooth motion. Where rates at both ends and the mean
+// rate agree, the motion between them is as simple; the margin is a multiple of their disagreement.
+bool LimitWatch::may_pass(const Monitor& monitor, const Instant& a, const Instant& b) {
+  constexpr double kMargin = 4;
+  const double h = b.time - a.time, mean = h > 0 ? (b.position - a.position) / h : a.rate;
+  const double change = std::max({std::abs(a.rate - mean), std::abs(b.rate - mean), std::abs(b.rate - a.rate)});
+  const bool position = monitor.kind == LimitKind::position;
+  const double nearest = position
+                             ? std::max(monitor.sign * a.position, monitor.sign * b.position) + kMargin * h * change
+                             : std::max(monitor.sign * a.rate, monitor.sign * b.rate) + kMargin * change;
+  return !(nearest < monitor.sign * monitor.threshold);
+}
+
+void LimitWatch::watch_parts(Monitor& monitor, std::span<const Instant> instants, const StateAt& at) {
+  for (std::size_t part = 0; part + 1 < instants.size(); ++part) {
+    if (monitor.kind == LimitKind::position) {
+      watch_positions(monitor, instants[part], instants[part + 1], at);
+    } else {
+      watch_rates(monitor, instants, part, at);
+    }
+  }
+}
+
+// Part of a step in which the joint turns at most once.
+void LimitWatch::watch_positions(Monitor& monitor, const Instant& a, const Instant& b, const StateAt& at) {
+  const auto value = [&](double t) { return instant_of(monitor, t, at(t)).position; };
+  const Point begin{a.time, a.position}, end{b.time, b.position};
+  const bool turns = monitor.sign * a.rate > 0 && monitor.sign * b.rate < 0;
+  if (!turns || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  const double time = crossing([&](double t) { return instant_of(monitor, t, at(t)).rate; }, a.time, b.time, a.rate);
+  const Point turn{time, value(time)};
+  watch_piece(monitor, begin, turn, value);
+  watch_piece(monitor, turn, end, value);
+}
+
+// Part of a step in which the rate has at most one maximum.
+void LimitWatch::watch_rates(Monitor& monitor, std::span<const Instant> instants, std::size_t part, const StateAt& at) {
+  const Instant &a = instants[part], &b = instants[part + 1];
+  const auto value = [&](double t) { return instant_of(monitor, t, at(t)).rate; };
+  const Point begin{a.time, a.rate}, end{b.time, b.rate};
+  // The larger end of the part is no smaller than what lies beyond it: the maximum may be inside.
+  const auto size = [&](std::size_t i) { return monitor.sign * instants[i].rate; };
+  const bool rises = part == 0 || size(part) >= size(part - 1);
+  const bool falls = part + 2 >= instants.size() || size(part + 1) >= size(part + 2);
+  const double least_gain = 0.25 * std::abs(b.rate - a.rate);
+  const bool near = std::max(size(part), size(part + 1)) + least_gain >= monitor.sign * monitor.threshold;
+  if (!(rises && falls && near) || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  const double time = golden_minimum([&](double t) { return -monitor.sign * value(t); }, a.time, b.time);
+  const Point top{time, value(time)};
+  watch_piece(monitor, begin, top, value);
+  watch_piece(monitor, top, end, value);
 }
 
 void LimitWatch::end_phase() {

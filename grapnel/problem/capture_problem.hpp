@@ -664,6 +664,7 @@ struct CaptureProblem {
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]
+  bool output_links = false;         // the time series has the links' velocities
   bool output_as_published = false;  // what the thesis's formulas give is shown beside, as with its own law
 };
 

@@ -122,6 +122,8 @@ struct Described<OutputKeys> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::output_interval>("interval", "s", "Between the samples of the time series.").above(0),
+      field<&T::output_links>("links", "",
+                              "Record the velocities of all links, and the angular momentum inside the base."),
       field<&T::output_as_published>("as_published", "",
                                      "Show what the thesis's formulas (3.8)-(3.13) would give beside the impact that "
                                      "keeps momentum. With law as_published it is always shown."),
