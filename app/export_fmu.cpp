@@ -17,6 +17,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -148,6 +149,9 @@ int export_fmu(const ExportFmuOptions& options) {
     std::vector<Fault> warnings;
     GatheredPlant gathered =
         gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
+    const fs::path output =
+        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
+    if (!may_write({output})) return kBadInput;
     say_faults(warnings);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);
@@ -156,8 +160,6 @@ int export_fmu(const ExportFmuOptions& options) {
         "{" +
         sha256(model_description_text(description, variables) + plant_json(gathered.package) + gathered.plant.sha256) +
         "}";
-    const fs::path output =
-        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
     const ScratchFolder folder, archive;
     write_folder(folder.path(), description, gathered, variables);
     fmi::zip_folder(folder.path(), archive.path() / "plant.fmu");
@@ -175,13 +177,13 @@ int export_fmu(const ExportFmuOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const PlantError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const CaptureProblemError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const std::runtime_error& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }
