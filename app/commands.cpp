@@ -1,6 +1,7 @@
 #include "commands.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/describe/contract.hpp"
@@ -66,8 +67,8 @@ int run(const RunOptions& options) {
               problem.sha256.substr(0, 12));
     flush_stdout();
   }
-  const std::optional<fs::path> made = results_folder(options.output, options.scenario);
-  if (!made) return kBadInput;
+  const std::optional<fs::path> made = results_folder(options.output, options.scenario, Outputs::run);
+  if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256))) return kBadInput;
   say_faults(warnings);
   const StopSignal stop;
   return run_problem(problem, options.scenario, *made,
@@ -130,22 +131,27 @@ int print_schema(const SchemaOptions& options) {
                                           : scenario_schema());
     return kDone;
   } catch (const std::runtime_error& error) {  // of the page
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
 }
 
 int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
+  std::vector<fs::path> files;
+  for (const auto& [asked, name] : {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
+    if (asked) files.push_back(folder / name);
+  note_results(folder);
+  if (!may_write(files)) return kBadInput;
   try {
     if (csv) to_stdout("{}\n", export_csv(folder).string());
     if (mat) to_stdout("{}\n", export_mat(folder).string());
     if (glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
     return kDone;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   } catch (const std::exception& error) {  // of what is read
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
 }

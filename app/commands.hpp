@@ -31,6 +31,7 @@ struct RunOptions {
   std::vector<std::string> overrides;  // path=value
   bool quiet = false;
   bool no_report = false;
+  bool force = false;  // results of another scenario in the folder are replaced
 };
 int run(const RunOptions& options);
 

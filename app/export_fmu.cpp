@@ -17,6 +17,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -149,6 +150,9 @@ int export_fmu(const ExportFmuOptions& options) {
     std::vector<Fault> warnings;
     GatheredPlant gathered =
         gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
+    const fs::path output =
+        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
+    if (!may_write({output})) return kBadInput;
     say_faults(warnings);
     if (!gathered.assumed.empty())
       to_stdout("The scenario has no control.period: {} is taken; --set states another one.\n", gathered.assumed);
@@ -159,8 +163,6 @@ int export_fmu(const ExportFmuOptions& options) {
         "{" +
         sha256(model_description_text(description, variables) + plant_json(gathered.package) + gathered.plant.sha256) +
         "}";
-    const fs::path output =
-        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
     const ScratchFolder folder, archive;
     write_folder(folder.path(), description, gathered, variables);
     fmi::zip_folder(folder.path(), archive.path() / "plant.fmu");
@@ -178,13 +180,13 @@ int export_fmu(const ExportFmuOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const PlantError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const CaptureProblemError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const std::runtime_error& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

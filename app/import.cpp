@@ -8,6 +8,7 @@
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -106,9 +107,6 @@ int import_robot_file(const ImportCommandOptions& options) {
       faults.add({std::make_shared<const std::string>(options.model.string()), 0, 0},
                  "a model to be imported ends in .urdf or .xml");
     std::error_code error;
-    if (fs::equivalent(options.model, options.output, error))
-      faults.add({std::make_shared<const std::string>(options.output.string()), 0, 0},
-                 "the result would replace the model; name another file with -o");
     // Meshes are named as seen from there.
     const fs::path folder = options.output.parent_path();
     if (!folder.empty() && !fs::is_directory(folder, error))
@@ -121,6 +119,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     faults.throw_if_any();
     std::vector<Fault> warnings;
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
+    if (!may_write({options.output})) return kBadInput;
     say(imported->decisions);
     say_faults(warnings);
     std::string comment = fmt::format("Made by grapnel import from {}. What was decided for a part stands beside it.",
@@ -134,7 +133,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

@@ -12,6 +12,7 @@
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -165,6 +166,7 @@ int modes_of_matrices(const ModesOptions& options) {
     auto mass = read_element_matrix(options.mass, options.mass_name, 'M', faults, options.row_names);
     auto stiffness = read_element_matrix(options.stiffness, options.stiffness_name, 'K', faults, options.row_names);
     faults.throw_if_any();
+    if (!options.output.empty() && !may_write({options.output})) return kBadInput;
     if (!interface->node && interface->nodes.empty() && interface->rows.empty() && mass->dofs.empty())
       interface->rows = {0, 1, 2, 3, 4, 5};
     if (options.modes && *options.modes > mass->size())
@@ -193,7 +195,7 @@ int modes_of_matrices(const ModesOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

@@ -3,7 +3,7 @@ import "../study/study.css";
 import "./campaign.css";
 import type { CampaignData, ReportData } from "../data";
 import { element } from "../dom";
-import { number, withUnit } from "../format";
+import { number, pasted, withUnit } from "../format";
 import { assemble } from "../study/assemble";
 import { breakable, counted, plural } from "../study/describe";
 import { filterBar } from "../study/filter_bar";
@@ -61,7 +61,7 @@ export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
 }
 
 export function commandFor(campaign: CampaignData, index: number): string {
-  return text(campaign.command).split("{K}").join(String(index));
+  return pasted(text(campaign.command).split("{K}").join(String(index)));
 }
 
 function successMapOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {

@@ -1,7 +1,7 @@
 // The page of a sweep.
 import type { ReportData, SweepData } from "../data";
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number, pasted, unitText } from "../format";
 import { mainColumn } from "./choice";
 import { breakable, counted, plural, shown } from "./describe";
 import { extremesCard } from "./extremes";
@@ -47,7 +47,7 @@ export function buildSweepPage(host: HTMLElement, data: ReportData): void {
 }
 
 export function commandFor(sweep: SweepData, point: number): string {
-  return text(sweep.command).split("{K}").join(String(point));
+  return pasted(text(sweep.command).split("{K}").join(String(point)));
 }
 
 function remark(table: StudyTable, point: number): string {
