@@ -22,6 +22,9 @@ constexpr std::size_t kBins = 96;
 constexpr std::size_t kLeastHalves = 9;
 // Growth of the peaks from the first to the second third of the half-cycles, and from there to the last.
 constexpr double kGrowsEarly = 1.1, kGrowsLate = 1.2;
+// Fast growth: so many half-cycles at the end, each with a peak so much larger than that of the one before.
+constexpr std::size_t kFastHalves = 4;
+constexpr double kFastGrowth = 1.15;
 // Where springs or free joints store energy, that of all motion must grow too: else they only exchange it.
 constexpr double kEnergyGrows = 1.05;
 // Peaks of a sustained oscillation, of the last third over the second, and the share of the time at the limit.
@@ -94,18 +97,28 @@ std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
   if (halves_.size() < least) return {};
   std::vector<Third> thirds(3);
   const std::size_t size = halves_.size() / 3, rest = halves_.size() % 3;
+  const Half &last = halves_.back(), &before = halves_[halves_.size() - 2];
   for (std::size_t i = rest; i < halves_.size(); ++i) {
     Third& third = thirds[(i - rest) / size];
     const Half& half = halves_[i];
     third.peak = std::max(third.peak, half.peak), third.energy = std::max(third.energy, half.energy);
+    if (&half == &last) continue;  // it is not over
     third.duration += half.end - half.begin, third.saturated += half.saturated, third.count += half.count;
   }
-  const Half &last = halves_.back(), &before = halves_[halves_.size() - 2];
-  const double mean =
-      (thirds[2].duration - (last.end - last.begin)) / static_cast<double>(std::max(1L, thirds[2].count - last.count));
-  const bool is_over = (last.end - last.begin) / static_cast<double>(last.count) >
-                       3 * std::max(mean, (before.end - before.begin) / static_cast<double>(before.count));
-  return is_over ? std::vector<Third>() : thirds;
+  const auto mean = [](const Half& half) { return (half.end - half.begin) / static_cast<double>(half.count); };
+  const double usual = std::max(mean(before), thirds[2].duration / static_cast<double>(std::max(1L, thirds[2].count)));
+  return mean(last) > 3 * usual ? std::vector<Third>() : thirds;
+}
+
+std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double factor) const {
+  if (halves_.size() < count + 1) return {};  // the last one is not over
+  const std::size_t end = halves_.size() - 1, begin = end - count;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    if (!(halves_[i].peak > factor * halves_[i - 1].peak)) return {};
+  }
+  const Half &first = halves_[begin], &last = halves_[end - 1];
+  const double period = 2 * (last.end - first.begin) / static_cast<double>(count);
+  return Growth{first.peak, last.peak, last.energy / first.energy, period};
 }
 
 // ---- The verdict ----
@@ -129,6 +142,14 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
       return report;
     }
   }
+  const std::optional<Oscillation::Growth> growth = o.growth(kFastHalves, kFastGrowth);
+  if (growth && growth->last > std::max(floor, kSettled * o.largest()) &&
+      (!stores_energy || growth->energy_factor > kEnergyGrows)) {
+    report.period = growth->period, report.amplitude_before = growth->first, report.amplitude_after = growth->last;
+    report.verdict = Stability::unstable, report.reason = "the oscillation grows";
+    return report;
+  }
+  report.period = 0, report.saturated_share = 0;
   report.amplitude_before = o.first(), report.amplitude_after = o.last();
   if (o.last() <= std::max(floor, kDecayed * o.first()) || o.last() <= kSettled * o.largest()) {
     report.verdict = Stability::stable;

@@ -31,6 +31,12 @@ class Oscillation {
   /// The thirds of all half-cycles; empty if there are fewer than `least`, or if the oscillation is over: the last
   /// half-cycle is longer than three of those before.
   std::vector<Third> thirds(std::size_t least) const;
+  /// Growth over the last `count` complete half-cycles, if each peak is larger than the one before by the factor.
+  struct Growth {
+    double first = 0, last = 0;  // peaks
+    double energy_factor = 0, period = 0;
+  };
+  std::optional<Growth> growth(std::size_t count, double factor) const;
   /// Largest value in the first and in the last third of the time, and in all.
   double first() const { return in_bins(0, 1.0 / 3); }
   double last() const { return in_bins(2.0 / 3, 1); }

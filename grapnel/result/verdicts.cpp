@@ -230,7 +230,7 @@ std::string saturation_sentence(const CaptureResult& result) {
 
 std::vector<std::string> saturation_warnings(const CaptureResult& result) {
   constexpr double kWorthwhile = 0.01;
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMost = 4;
   std::vector<std::string> texts;
   std::size_t more = 0;
   for (const SaturationReport& s : result.saturation) {

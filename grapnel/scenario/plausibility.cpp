@@ -233,16 +233,17 @@ void doubt_rotor_rate(double rate, const Mark& mark, const std::string& name, Fa
 }
 
 void doubt_joint_limits(const Node& joint, const std::string& path, const JointDescription& read, FaultList& faults) {
-  constexpr double kDegree = kPi / 180, kMultiple = 10, kRounded = 0.01;  // [deg]: multi-turn joints stop there
+  constexpr double kDegree = kPi / 180;
+  constexpr double kMultiple = 10, kRounded = 0.01;  // [deg]: joints of many turns stop at multiples
+  // Degrees of limits lie between; larger numbers state that there is none.
+  const auto is_suspect = [](double x) { return std::abs(x) > 4 * kPi * (1 + 1e-6) && std::abs(x) <= 720; };
   if (!turns_about_axis(read.type)) return;
   const Node& limits = part(joint, "limits");
   const auto is_plain = [](const Node& node) { return node.is_scalar() && node.unit == 0; };
   for (const auto& [key, value] : {std::pair{"lower", read.limits.lower}, std::pair{"upper", read.limits.upper}}) {
     const Node& node = part(limits, key);
     const double degrees = value / kDegree;
-    if (!is_plain(node) || !std::isfinite(value) || std::abs(value) <= 4 * kPi * (1 + 1e-6) ||
-        std::abs(std::remainder(degrees, kMultiple)) < kRounded)
-      continue;
+    if (!is_plain(node) || !is_suspect(value) || std::abs(std::remainder(degrees, kMultiple)) < kRounded) continue;
     faults.warn(node.mark, fmt::format("{} is {} rad, {:.3g} turns; limits are in rad, {} degrees would be {:.9g}",
                                        below(below(path, "limits"), key), value, std::abs(value) / (2 * kPi), value,
                                        value * kDegree));
@@ -250,8 +251,7 @@ void doubt_joint_limits(const Node& joint, const std::string& path, const JointD
   const Node& rate = part(limits, "rate");
   const std::string source = rate.mark.source ? *rate.mark.source : "";
   const bool is_model = source.ends_with(".urdf") || source.ends_with(".xml");
-  if (!is_plain(rate) || is_model || !std::isfinite(read.limits.rate) || read.limits.rate <= 4 * kPi * (1 + 1e-6))
-    return;
+  if (!is_plain(rate) || is_model || !is_suspect(read.limits.rate)) return;
   faults.warn(rate.mark, fmt::format("{} is {} rad/s, {:.3g} turns per second; rates are in rad/s, {} deg/s would be "
                                      "{:.9g}",
                                      below(below(path, "limits"), "rate"), read.limits.rate,

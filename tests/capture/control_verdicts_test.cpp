@@ -69,6 +69,9 @@ TEST(Stability, OfSignals) {
             Stability::unstable);
   EXPECT_EQ(verdict([](double t) { return Point{std::exp(-0.2 * t) + 0.01 * std::exp(0.06 * t) * wave(t)}; }),
             Stability::unstable);
+  // Fast growth within a few half-cycles at the end.
+  EXPECT_EQ(verdict([](double t) { return Point{t < 90 ? 1e-3 * std::exp(-t) : 1e-3 * std::exp(t - 90) * wave(t)}; }),
+            Stability::unstable);
   // Neither: an undamped mode, a forced oscillation, a steady rate.
   EXPECT_EQ(verdict([](double t) { return Point{wave(t)}; }), Stability::not_evaluated);
   EXPECT_EQ(verdict([](double) { return Point{1}; }), Stability::not_evaluated);
@@ -76,9 +79,9 @@ TEST(Stability, OfSignals) {
   // A saturated brake without oscillation.
   EXPECT_EQ(verdict([](double t) { return Point{std::max(0.0, 1 - 0.01 * t), t < 95}; }), Stability::stable);
   // Energy that springs give back: the beat grows, the energy of all does not.
-  const auto beat = [](double t) { return Point{std::sin(0.015 * t) * wave(t), false, 1}; };
+  const auto beat = [](double t) { return Point{std::sin(0.012 * t) * wave(t), false, 1}; };
   EXPECT_EQ(verdict(beat, 0, true), Stability::not_evaluated);
-  const auto fed = [](double t) { return Point{std::sin(0.015 * t) * wave(t), false, 1 + 0.1 * t}; };
+  const auto fed = [](double t) { return Point{std::sin(0.012 * t) * wave(t), false, 1 + 0.1 * t}; };
   EXPECT_EQ(verdict(fed, 0, true), Stability::unstable);
   // Noise of the sensor at the limit.
   EXPECT_EQ(verdict([](double t) { return Point{1e-3 * wave(t), true}; }, 1e-3), Stability::stable);
