@@ -25,6 +25,8 @@ constexpr double kGrowsEarly = 1.1, kGrowsLate = 1.2;
 // Fast growth: so many half-cycles at the end, each with a peak so much larger than that of the one before.
 constexpr std::size_t kFastHalves = 4;
 constexpr double kFastGrowth = 1.15;
+// Of an oscillation that is forced, both, and of each half-cycle.
+constexpr double kGrowsForced = 4, kGrowsForcedEach = 1.3;
 // Where springs or free joints store energy, that of all motion must grow too: else they only exchange it.
 constexpr double kEnergyGrows = 1.05;
 // Peaks of a sustained oscillation, of the last third over the second, and the share of the time at the limit.
@@ -123,7 +125,7 @@ std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double
 
 // ---- The verdict ----
 
-StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy) {
+StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy, bool forced) {
   StabilityReport report;
   const double floor = std::max(kSettledRate, kNoiseDeviations * noise);
   const std::vector<Oscillation::Third> thirds = o.thirds(kLeastHalves);
@@ -133,16 +135,18 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
     report.amplitude_before = first.peak, report.amplitude_after = last.peak;
     report.saturated_share = last.duration > 0 ? last.saturated / last.duration : 0;
     const bool is_large = last.peak > std::max(floor, kSettled * o.largest());
-    const bool grows = middle.peak > kGrowsEarly * first.peak && last.peak > kGrowsLate * middle.peak &&
+    const double early = forced ? kGrowsForced : kGrowsEarly, late = forced ? kGrowsForced : kGrowsLate;
+    const bool grows = middle.peak > early * first.peak && last.peak > late * middle.peak &&
                        (!stores_energy || last.energy > kEnergyGrows * middle.energy);
-    const bool is_sustained = last.peak > kSustained * middle.peak && report.saturated_share > kSaturated;
+    const bool is_sustained = !forced && last.peak > kSustained * middle.peak && report.saturated_share > kSaturated;
     if (is_large && (grows || is_sustained)) {
       report.verdict = Stability::unstable;
       report.reason = grows ? "the oscillation grows" : "the oscillation does not decay and the actuator saturates";
       return report;
     }
   }
-  const std::optional<Oscillation::Growth> growth = o.growth(kFastHalves, kFastGrowth);
+  const std::optional<Oscillation::Growth> growth =
+      o.growth(forced ? kLeastHalves : kFastHalves, forced ? kGrowsForcedEach : kFastGrowth);
   if (growth && growth->last > std::max(floor, kSettled * o.largest()) &&
       (!stores_energy || growth->energy_factor > kEnergyGrows)) {
     report.period = growth->period, report.amplitude_before = growth->first, report.amplitude_after = growth->last;
@@ -151,6 +155,10 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
   }
   report.period = 0, report.saturated_share = 0;
   report.amplitude_before = o.first(), report.amplitude_after = o.last();
+  if (forced) {
+    report.reason = "joints follow a reference that moves, or noise";
+    return report;
+  }
   if (o.last() <= std::max(floor, kDecayed * o.first()) || o.last() <= kSettled * o.largest()) {
     report.verdict = Stability::stable;
     report.reason = "the rate has decayed";
@@ -166,7 +174,7 @@ StabilityMonitor::StabilityMonitor(const CaptureProblem& problem) : problem_(pro
 
 void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                                    bool moved_by_law, bool after_impact) {
-  name_ = name, system_ = &system, dynamics_ = &dynamics;
+  name_ = name, system_ = &system, dynamics_ = &dynamics, moved_by_law_ = moved_by_law;
   signals_.clear();
   const PhaseSetup& setup = dynamics.setup();
   const Model& model = system.model;
@@ -217,10 +225,26 @@ double StabilityMonitor::energy(const State& state) const {
   return q.kinetic_energy + q.elastic_energy;
 }
 
+// Whether a reference of a joint moves in a step, or a joint follows noise.
+bool StabilityMonitor::is_forced(double begin, double end) const {
+  constexpr double kMoves = 1e-9;  // [rad/s or m/s]
+  const PhaseSetup& setup = dynamics_->setup();
+  for (const int joint : system_->robot_joints) {
+    if (setup.drives.empty()) return false;
+    const JointDrive& drive = setup.drives[static_cast<std::size_t>(joint)];
+    if (drive.control == JointControl::free) continue;
+    if (drive.noise.amplitude() != 0) return true;
+    const JointPoint at = evaluate(drive.trajectory, end, 0.5 * (begin + end));
+    if (std::abs(at.rate) > kMoves || std::abs(at.acceleration) > kMoves) return true;
+  }
+  return false;
+}
+
 void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_is_saturated) {
   constexpr double kAtLimit = 1 - 1e-9;
   const PhaseSetup& setup = dynamics_->setup();
   const double now = stores_energy_ ? energy(reached.state) : 0;
+  const bool forced = moved_by_law_ || is_forced(begin, reached.time);
   for (Signal& signal : signals_) {
     double value = reached.state.v[static_cast<std::size_t>(signal.velocity)];
     bool saturated = false;
@@ -233,7 +257,7 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
       value -= evaluate(trajectory, reached.time, 0.5 * (begin + reached.time)).rate;
       saturated = std::isfinite(signal.limit) && std::abs(reached.motor[j]) >= kAtLimit * signal.limit;
     }
-    signal.oscillation.add(begin, reached.time, value, saturated, now);
+    (forced ? signal.forced : signal.oscillation).add(begin, reached.time, value, saturated, now);
   }
 }
 
@@ -265,6 +289,9 @@ void StabilityMonitor::end_phase() {
   double ratio = -1;
   for (const Signal& signal : signals_) {
     StabilityReport report = evaluate_oscillation(signal.oscillation, signal.noise, stores_energy_);
+    const StabilityReport forced = evaluate_oscillation(signal.forced, signal.noise, stores_energy_, true);
+    const bool decides_forced = forced.verdict == Stability::unstable || signal.oscillation.empty();
+    if (report.verdict != Stability::unstable && decides_forced) report = forced;
     report.phase = name_, report.of = signal.of;
     const double own = report.amplitude_before > 0 ? report.amplitude_after / report.amplitude_before : 0;
     if (ratio >= 0 && (report.verdict > decides.verdict || (report.verdict == decides.verdict && own <= ratio)))

@@ -38,6 +38,7 @@ class Oscillation {
   };
   std::optional<Growth> growth(std::size_t count, double factor) const;
   /// Largest value in the first and in the last third of the time, and in all.
+  bool empty() const { return halves_.empty(); }
   double first() const { return in_bins(0, 1.0 / 3); }
   double last() const { return in_bins(2.0 / 3, 1); }
   double largest() const { return in_bins(0, 1); }
@@ -61,7 +62,11 @@ class Oscillation {
 /// `stores_energy`: springs or free joints exchange energy with it, so that it grows only where all energy does.
 /// Unstable: it oscillates, and its peaks grow, or they do not decay while the actuators are at their limits. Stable:
 /// it has decayed.
-StabilityReport evaluate_oscillation(const Oscillation& oscillation, double noise, bool stores_energy);
+///
+/// `forced`: something else drives it to oscillate, such as joints that follow a reference: decay shows nothing then,
+/// and only much growth is unstable.
+StabilityReport evaluate_oscillation(const Oscillation& oscillation, double noise, bool stores_energy,
+                                     bool forced = false);
 
 class StabilityMonitor {
  public:
@@ -91,14 +96,16 @@ class StabilityMonitor {
     double limit = 0;  // of the drive [N m or N]; of base control about the axis
     double noise = 0;  // of the sensor [rad/s or m/s]
     Oscillation oscillation;
+    Oscillation forced;  // in steps in which joints follow a reference that moves, or noise
   };
   double energy(const State& state) const;
+  bool is_forced(double begin, double end) const;
 
   const CaptureProblem& problem_;
   std::string name_;
   const CaptureSystem* system_ = nullptr;
   const PhaseDynamics* dynamics_ = nullptr;
-  bool stores_energy_ = false;
+  bool stores_energy_ = false, moved_by_law_ = false;
   std::vector<Signal> signals_;
   std::vector<StabilityReport> reports_;
   bool seeks_rest_ = false;

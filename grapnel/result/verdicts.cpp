@@ -212,7 +212,15 @@ std::string saturated_words(const SaturationReport& s) {
   return fmt::format("base control about {} at its limit {} N m", s.name, short_number(s.limit));
 }
 
-// Bounded by the caller's choice of what to list.
+// A wheel at its largest rate and a thruster that is on all the time have no more to give; torques that are cut for a
+// while, as slews begin, are usual.
+bool is_worth_a_warning(const SaturationReport& s) {
+  constexpr double kShare = 0.01, kShareOfTorques = 0.1, kLongOfTorques = 60;  // [1], [1], [s]
+  const bool gives_no_more =
+      s.quantity == SaturationReport::Quantity::rate || s.quantity == SaturationReport::Quantity::duty;
+  return s.at_end || (gives_no_more ? s.share >= kShare : s.share >= kShareOfTorques || s.duration >= kLongOfTorques);
+}
+
 std::string more_words(std::size_t more) { return more > 0 ? fmt::format("; {} more, see saturation", more) : ""; }
 
 }  // namespace
@@ -229,12 +237,11 @@ std::string saturation_sentence(const CaptureResult& result) {
 }
 
 std::vector<std::string> saturation_warnings(const CaptureResult& result) {
-  constexpr double kWorthwhile = 0.01;
   constexpr std::size_t kMost = 4;
   std::vector<std::string> texts;
   std::size_t more = 0;
   for (const SaturationReport& s : result.saturation) {
-    if (s.actuator == SaturationReport::Actuator::gyros || (s.share < kWorthwhile && !s.at_end)) continue;
+    if (s.actuator == SaturationReport::Actuator::gyros || !is_worth_a_warning(s)) continue;
     if (texts.size() < kMost) {
       texts.push_back("saturated: " + saturation_text(s));
     } else {

@@ -46,8 +46,9 @@ std::vector<std::string> not_checked_texts(const Ledger& ledger);
 /// "saturated: wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the
 /// end; 3 more". The longest saturation; empty: none.
 std::string saturation_sentence(const CaptureResult& result);
-/// Of every saturation that lasts a hundredth of the motion or is there at the end, one text each, the longest first;
-/// of more than four, how many more. Singularities of gyros have a warning of their own.
+/// Of every saturation that is there at the end, or lasts a hundredth of the motion (of torques and efforts a tenth, or
+/// a minute), one text each, the longest first; of more than four, how many more. Singularities of gyros have a warning
+/// of their own.
 std::vector<std::string> saturation_warnings(const CaptureResult& result);
 /// "wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the end"
 std::string saturation_text(const SaturationReport& report);

@@ -313,8 +313,8 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
 
 void doubt_inertia_point(const Node& body, const std::string& path, const BodyDescription& read,
                          const std::vector<Vector3d>& points, const std::vector<Geometry>& shapes, FaultList& faults) {
-  // Mass may lie a little beyond joints, as motors do; a link without shapes must be slender, since its width is
-  // unknown.
+  // Mass may lie a little beyond joints, as motors do. The body must be slender: others have housings that are wider
+  // than their joints are apart, and shapes that show less of them.
   constexpr double kBeyond = 1.15, kSlender = 0.25, kRounding = 1e-6;
   const double offset = norm(read.com);
   const bool has_shape = farthest(shapes, read.com) > 0;
@@ -327,7 +327,7 @@ void doubt_inertia_point(const Node& body, const std::string& path, const BodyDe
   const double spread = dot(along, S * along) / read.mass, across = (S.xx + S.yy + S.zz) / read.mass - spread;
   const double moved = spread - offset * offset;  // if it is about the origin
   if (!(spread > kBeyond * reach * reach) || !(moved >= 0) || !(moved <= reach * reach)) return;
-  if (!has_shape && across > kSlender * offset * offset) return;
+  if (across > kSlender * offset * offset) return;
   const Symmetric3d about_com = about_centre_of_mass(read.inertia, read.mass, read.com);
   if (least_principal_moment(second_moments(about_com)) < -kRounding * read.mass * spread) return;
   const Symmetric3d& I = about_com;

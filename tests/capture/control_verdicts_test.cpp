@@ -87,6 +87,19 @@ TEST(Stability, OfSignals) {
   EXPECT_EQ(verdict([](double t) { return Point{1e-3 * wave(t), true}; }, 1e-3), Stability::stable);
 }
 
+// Errors of joints that follow a reference grow and fall with it.
+TEST(Stability, OfForcedOscillations) {
+  const auto forced = [](const std::function<double(double)>& signal) {
+    Oscillation oscillation;
+    for (int k = 0; k < 2000; ++k) oscillation.add(0.05 * k, 0.05 * (k + 1), signal(0.05 * (k + 1)), k > 500, 1);
+    return evaluate_oscillation(oscillation, 0, false, true).verdict;
+  };
+  EXPECT_EQ(forced([](double t) { return std::sin(0.025 * t) * wave(t); }), Stability::not_evaluated);
+  EXPECT_EQ(forced([](double t) { return wave(t); }), Stability::not_evaluated);
+  EXPECT_EQ(forced([](double t) { return std::exp(-0.1 * t) * wave(t); }), Stability::not_evaluated);
+  EXPECT_EQ(forced([](double t) { return std::exp(0.1 * t) * wave(t); }), Stability::unstable);
+}
+
 TEST(Stability, ReportsThePeriodAndThePeaks) {
   const StabilityReport r = verdict_on([](double t) { return Point{2 * wave(t), std::abs(wave(t)) > 0.5}; });
   EXPECT_NEAR(r.period, 3, 0.02);            // measured 3.0

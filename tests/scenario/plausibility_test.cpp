@@ -192,6 +192,13 @@ TEST(Warnings, InertiaAboutTheJoint) {
   EXPECT_THAT(link("[0.02, 0, 0]", "[0.1, 0.1, 0.12]"), IsEmpty());
   // A planar model with one number for all axes.
   EXPECT_THAT(link("[0.5, 0, 0]", "[1.3, 1.3, 1.3]"), IsEmpty());
+  // A published arm: 30 kg, joints 0.275 m apart, a housing that is wider, and a shape that shows less of it.
+  EXPECT_THAT(
+      warnings_with({{"mass: 5\n      com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]",
+                      "mass: 30\n      com: [0.1375, 0, 0]\n      inertia: [1.378, 2.1, 2.359]\n      geometry: "
+                      "{shape: capsule, radius: 0.06, length: 0.275, position: [0.1375, 0, 0], rpy: [0, 1.5708, 0]}"},
+                     {"origin: {position: [1, 0, 0]}", "origin: {position: [0.275, 0, 0]}"}}),
+      IsEmpty());
   // A shape that is longer than the joints are apart.
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]",
                    "\n      geometry: {shape: box, size: [2, 0.05, 0.05], position: [0.5, 0, 0]}"),
