@@ -1,6 +1,9 @@
 #include "commands.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "grapnel/campaign/campaign_report.hpp"
@@ -229,6 +232,38 @@ void print_elastic(const CaptureProblem& problem) {
   }
 }
 
+std::string limit_text(double limit) { return std::isfinite(limit) ? fmt::format("{:.6g}", limit) : "none"; }
+std::string vector_text(const Vector3d& v) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v[0], v[1], v[2]); }
+
+void print_wheels(const RobotSetup& robot) {
+  if (robot.wheels.empty()) return;
+  to_stdout("\n{:<22}{:>16}{:>16}{:>16}{:>20}   {}\n", "reaction wheel", "inertia [kg m^2]", "torque [N m]",
+            "rate [rad/s]", "momentum [N m s]", "axis");
+  for (const WheelSetup& w : robot.wheels)
+    to_stdout("{:<22}{:>16.6g}{:>16}{:>16}{:>20}   {}\n", w.name, w.inertia, limit_text(w.torque), limit_text(w.rate),
+              limit_text(w.inertia * w.rate), vector_text(w.axis));
+}
+
+void print_gyros(const RobotSetup& robot) {
+  if (robot.gyros.empty()) return;
+  to_stdout("\n{:<22}{:>20}{:>16}{:>16}{:>16}   {:<24}{}\n", "control moment gyro", "momentum [N m s]", "spin [rad/s]",
+            "torque [N m]", "rate [rad/s]", "gimbal axis", "spin axis");
+  for (const MomentGyroSetup& g : robot.gyros)
+    to_stdout("{:<22}{:>20.6g}{:>16.6g}{:>16}{:>16}   {:<24}{}\n", g.name, g.inertia * g.spin_rate, g.spin_rate,
+              limit_text(g.torque), limit_text(g.rate), vector_text(g.gimbal_axis), vector_text(g.spin_axis));
+}
+
+void print_thrusters(const RobotSetup& robot) {
+  if (robot.thrusters.empty()) return;
+  to_stdout("\n{:<22}{:>12}{:>12}{:>20}   {:<28}{}\n", "thruster", "force [N]", "I_sp [s]", "least time on [s]",
+            "position [m]", "direction of its force");
+  for (const ThrusterSetup& t : robot.thrusters)
+    to_stdout("{:<22}{:>12.6g}{:>12.6g}{:>20.6g}   {:<28}{}\n", t.name, t.force, t.specific_impulse, t.min_on_time,
+              vector_text(t.position), vector_text(t.direction));
+  to_stdout("propellant for the thrusters: {}\n",
+            robot.propellant ? fmt::format("{:.6g} kg", *robot.propellant) : "not stated");
+}
+
 // A target by itself, read as that of a scenario in which it rests.
 int print_target(const ReadyMade& ready_made) {
   const TargetSetup target = load_ready_made_target(ready_made.name);
@@ -298,6 +333,9 @@ int info(const std::filesystem::path& file) {
                 model.bodies()[frame.body].description.name, of_link, reach(model, frame), p[0], p[1], p[2]);
     }
     to_stdout("reach: longest possible distance from the arm's first joint\n");
+    print_wheels(problem.robot);
+    print_gyros(problem.robot);
+    print_thrusters(problem.robot);
     if (is_flexible(problem.robot)) print_elastic(problem);
     return kDone;
   } catch (const InputError& error) {

@@ -145,7 +145,9 @@ void announce_series(const CaptureProblem& problem, const fs::path& file, const 
 
 // The table, which leaves why a simulation failed to stderr: it is said once.
 std::string table_of(CaptureResult& result) {
-  const std::string failure = std::exchange(result.failure, "why is said below");
+  const bool unplanned = result.failure.starts_with("planning");
+  const std::string failure =
+      std::exchange(result.failure, unplanned ? "planning the approach; why is said below" : "why is said below");
   std::string table = result_table(result);
   result.failure = failure;
   return table;
@@ -163,6 +165,8 @@ void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::
     to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
   if (result.ledger.feasibility() != Verdict::yes)
     to_stderr("{}: warning: {}\n", file.string(), feasibility_sentence(result));
+  if (const std::string ratings = ratings_sentence(result); !ratings.empty())
+    to_stderr("{}: warning: {}\n", file.string(), ratings);
 }
 
 // A completed run whose conservation checks fail: why, and what helps.

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <string_view>
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
@@ -68,6 +70,33 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& op
   return rows;
 }
 
+// Points that completed may still be bad: columns that judge them, by what.
+void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, const fs::path& file) {
+  struct Verdict {
+    std::string_view column;
+    bool (*against)(double value);
+    const char* words;
+  };
+  static constexpr auto is_no = [](double value) { return value == 0; };
+  static constexpr Verdict kVerdicts[] = {
+      {"ledger/feasible", is_no, "are not feasible"},
+      {"worst_margin", [](double margin) { return margin < -1e-9; }, "exceed a rating"},
+      {"stable", is_no, "have unstable control"},
+      {"rest/at_rest", is_no, "do not come to rest"}};
+  for (const Verdict& verdict : kVerdicts) {
+    const auto column = std::find_if(study.columns.begin(), study.columns.end(),
+                                     [&](const Column& c) { return c.name == verdict.column; });
+    if (column == study.columns.end()) continue;
+    const auto k = static_cast<std::size_t>(column - study.columns.begin());
+    const auto count = std::count_if(rows.begin(), rows.end(), [&](const CaseRow& row) {
+      return row.status == CaseStatus::ok && k < row.values.size() && verdict.against(row.values[k]);
+    });
+    if (count > 0)
+      to_stderr("{}: warning: {} of {} points {}, see {} in table.csv\n", file.string(), count, rows.size(),
+                verdict.words, verdict.column);
+  }
+}
+
 }  // namespace
 
 int sweep(const StudyOptions& options) {
@@ -109,6 +138,7 @@ int sweep(const StudyOptions& options) {
   if (!options.quiet)
     to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows), folder.string(),
               report.line);
+  warn_of_verdicts(study, rows, options.study);
   const std::size_t ok = count_of(rows, CaseStatus::ok);
   if (ok == rows.size()) return report.failed ? kSimulationFailed : kDone;
   to_stderr("{}: warning: {} of {} points are not ok, see status and reason in table.csv\n", options.study.string(),

@@ -33,7 +33,8 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   system_ = &system;
   watched_.clear();
   const BaseActuators& actuators = dynamics.setup().actuators;
-  if (!actuators.thrusters) return;
+  fires_ = actuators.thrusters != nullptr;
+  if (!fires_) return;
   bank_ = actuators.thrusters;
   dumps_ = dumps_ || actuators.dumping.has_value();
   const std::vector<ThrusterSetup>& thrusters = problem_.robot.thrusters;
@@ -101,6 +102,7 @@ void ThrusterMonitor::write(CaptureResult& result) const {
     if (!bank_) continue;
     const ThrusterBank::Use use = bank_->use(i);
     each.firings = use.firings, each.on_time = use.on_time, each.impulse = use.impulse;
+    each.duty = at_work_ > 0 ? std::min(1.0, use.on_time / at_work_) : 0;
     each.propellant = use.impulse / (thruster.specific_impulse * kStandardGravity);
     report.propellant += each.propellant;
   }

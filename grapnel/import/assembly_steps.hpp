@@ -137,7 +137,8 @@ FoundMesh find_mesh(const std::string& named, const ImportOptions& options);
 /// Without the sign of zero, which nobody means.
 Node vector_node_of(const Vector3d& v, const Mark& mark);
 bool is_identity(const Posed& X);
-/// position and quaternion_wxyz, what is not zero of them, into a mapping in place of what it says of a pose.
+/// position and quaternion_wxyz (of half turns about z: rpy), what is not zero of them, into a mapping in place of the
+/// pose there.
 void put_pose(Node& mapping, const Posed& X, const Mark& mark);
 Node pose_node(const Posed& X, const Mark& mark);
 /// The pose that a mapping says; identity where it says none that can be read.

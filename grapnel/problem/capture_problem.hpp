@@ -486,6 +486,12 @@ struct GraspForceSetup {
   double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
 };
 
+/// At which rates the system counts as at rest after the impact.
+struct RestSetup {
+  double angular_velocity = 0;                                  // of the base, largest [rad/s]
+  double joint_rate = std::numeric_limits<double>::infinity();  // of every driven joint, largest [rad/s or m/s]
+};
+
 /// What ends a phase of motion before its duration: as soon as all that is given here holds. Rates are magnitudes.
 struct PhaseUntil {
   std::optional<double> base_rate;             // the base turns no faster [rad/s]
@@ -526,6 +532,7 @@ struct PostImpactSetup {
   std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
+  std::optional<RestSetup> at_rest;  // absent: it is not evaluated
   /// Grasps that are released.
   struct Release {
     double after = 0;                        // since this phase began [s]

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "grapnel/clearance/clearance_result.hpp"
+#include "grapnel/result/actuation_result.hpp"
 #include "grapnel/result/knowledge_result.hpp"
 #include "grapnel/result/ledger.hpp"
 #include "grapnel/result/scene.hpp"
@@ -694,6 +695,7 @@ struct ThrusterReport {
   std::string name;
   long firings = 0;
   double on_time = 0;     // of its valve [s]
+  double duty = 0;        // on_time over the time of the phases in which thrusters are at work
   double impulse = 0;     // of its force [N s]
   double propellant = 0;  // [kg]
 };
@@ -789,6 +791,9 @@ struct CaptureResult {
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all
   std::optional<ThrustersReport> thrusters;  // of the base, where it has any
+  std::vector<SaturationReport> saturation;  // the longest first
+  std::vector<StabilityReport> stability;    // per phase in motion that was observed in every step
+  std::optional<RestReport> rest;            // where the problem states at which rates the system is at rest
   std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>

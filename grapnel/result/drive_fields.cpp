@@ -77,11 +77,11 @@ const Type& type_of<PeakLoad>() {
       field<&L::time>("time", "s", "when that is"),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.rating) : std::nullopt; }>(
           "rating", "as `peak`",
-          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of "
-          "base control its `limit`")
+          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`")
           .or_null(),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.margin()) : std::nullopt; }>(
-          "margin", "1", "1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating")
+          "margin", "1",
+          "1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating")
           .or_null(),
       field<&L::assumed_duration>("assumed_duration",
                                   "a mean over `impact.duration`, which is an assumption; the peak may be larger"),
@@ -428,6 +428,7 @@ const Type& type_of<ThrusterReport>() {
       field<&T::name>("name", "of the thruster"),
       field<&T::firings>("firings", "1", "how often its valve opened"),
       field<&T::on_time>("on_time", "s", "how long it was open"),
+      field<&T::duty>("duty", "1", "on_time over the time of the phases in which thrusters are at work"),
       field<&T::impulse>("impulse", "N s", "of its force, ramps included"),
       field<&T::propellant>("propellant", "kg", "impulse over specific impulse and 9.80665 m/s^2"),
   };

@@ -94,6 +94,18 @@ const Type& type_of<DetumblingReport>();
 template <>
 const Type& type_of<JointReport>();
 template <>
+const Type& type_of<SaturationReport::Actuator>();
+template <>
+const Type& type_of<SaturationReport::Quantity>();
+template <>
+const Type& type_of<SaturationReport>();
+template <>
+const Type& type_of<Stability>();
+template <>
+const Type& type_of<StabilityReport>();
+template <>
+const Type& type_of<RestReport>();
+template <>
 const Type& type_of<StopImpact>();
 template <>
 const Type& type_of<BaseKeepingReport>();

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "grapnel/result/load_table.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
@@ -84,6 +85,10 @@ std::string verdict(const CaptureResult& result) {
   std::string out = paragraph(result.scenario_name + ": " + text, "");
   out += capture_lines(result) + worst_margin_line(result) + ledger_line(result);
   if (!result.ledger.entries.empty()) out += feasibility_lines(result);
+  for (const std::string& sentence :
+       {ratings_sentence(result), saturation_sentence(result), stability_sentence(result), rest_sentence(result)}) {
+    if (!sentence.empty()) out += paragraph(sentence, "");
+  }
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
 }
@@ -139,12 +144,17 @@ std::string plan_lines(const PlanReport& plan) {
   return text + paragraph(parts, "  ");
 }
 
+// Final values may be found for an approach that is not.
+bool is_unplanned(const CaptureResult& result) {
+  return result.status == CaptureStatus::failed && result.failure.starts_with("planning");
+}
+
 // What planning has found, where it had to look for something.
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
   std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps",
-                                plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations);
+                                plan.found && !is_unplanned(result) ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations);
   if (std::isfinite(plan.objective_value))
     out += fmt::format(", objective {} = {}", plan.objective, short_number(plan.objective_value));
   out += "\n";
@@ -237,6 +247,18 @@ std::string gyro_table(const CaptureResult& result) {
   return out;
 }
 
+// Of every actuator that saturated.
+std::string saturation_table(const CaptureResult& result) {
+  if (result.saturation.empty()) return "";
+  TextTable table;
+  table.row({"saturated", "quantity", "name", "limit", "time", "share", "first at", "at the end"});
+  table.row({"", "", "", "rad/s, N m, N", "s", "%", "s", ""});
+  for (const SaturationReport& s : result.saturation)
+    table.row({name_of(s.actuator), name_of(s.quantity), s.name, short_number(s.limit), short_number(s.duration),
+               fmt::format("{:.1f}", 100 * s.share), short_number(s.first_time), s.at_end ? "yes" : "no"});
+  return "\n" + table.text();
+}
+
 std::string joint_mode_table(const CaptureResult& result) {
   if (result.joints.empty()) return "";
   TextTable table;
@@ -266,11 +288,11 @@ std::string thruster_table(const CaptureResult& result) {
   if (!result.thrusters) return "";
   const ThrustersReport& all = *result.thrusters;
   TextTable table;
-  table.row({"thruster", "firings", "time on", "impulse", "propellant"});
-  table.row({"", "", "s", "N s", "kg"});
+  table.row({"thruster", "firings", "time on", "duty", "impulse", "propellant"});
+  table.row({"", "", "s", "%", "N s", "kg"});
   for (const ThrusterReport& t : all.each)
-    table.row({t.name, std::to_string(t.firings), short_number(t.on_time), short_number(t.impulse),
-               short_number(t.propellant)});
+    table.row({t.name, std::to_string(t.firings), short_number(t.on_time), fmt::format("{:.1f}", 100 * t.duty),
+               short_number(t.impulse), short_number(t.propellant)});
   std::string out = "\nthrusters: " + short_number(all.propellant) + " kg of propellant";
   if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg at hand";
   if (all.excess() > 0) out += fmt::format(", {} kg MORE THAN THERE IS", short_number(all.excess()));
@@ -690,7 +712,8 @@ std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
          impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
          law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
-         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
+         thruster_table(result) + saturation_table(result) + joint_mode_table(result) + loop_tables(result) +
+         load_table(result) +
          clearance_table(result) + ledger_table(result.ledger);
 }
 

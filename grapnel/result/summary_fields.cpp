@@ -477,7 +477,8 @@ const Type& type_of<PostImpact>() {
 > ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->identification; }
 > ("identification", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->impedance; }
 > ("impedance", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->grasp_force; }
-> ("grasp_force", "", "absent without it"),
+> ("grasp_force", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->rest; }
+> ("at_rest", "", "absent where the scenario states no rates"),
 }
 ;
 static constexpr Type type =
@@ -561,7 +562,15 @@ const Type& type_of<Summary>() {
     derived < [](const S& s) -> auto& {
   return s.result.thrusters;
 }
-> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
+> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return s.result.saturation; }
+> ("saturation", "", "actuators that were at their limits, the longest first; absent if none was")
+        .when<[](const S& s) { return !s.result.saturation.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.stability;
+}
+> ("stability", "", "of control loops, per phase of motion; absent where it was not observed")
+        .when<[](const S& s) { return !s.result.stability.empty(); }>(),
+    derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
         .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
     derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")

@@ -217,6 +217,22 @@ struct Described<GraspForceSetup> {
 };
 
 template <>
+struct Described<RestSetup> {
+  using T = RestSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::angular_velocity>("angular_velocity", "rad/s", "Largest of the base, in W.").above(0).required(),
+      field<&T::joint_rate>("joint_rate", "rad/s or m/s",
+                            "Largest of every joint that arms have; absent: joints are not evaluated.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "rest", "Goal of the motion: the base and the joints stay below these rates from some time on to the end.",
+      fields);
+};
+
+template <>
 struct Described<PhaseUntil> {
   using T = PhaseUntil;
   static constexpr auto fields = std::to_array<Field>({
@@ -289,6 +305,7 @@ struct Described<PostImpactSetup> {
       field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
       field<&T::grasp_force>("grasp_force", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
+      field<&T::at_rest>("at_rest", "", "").optional(),
       field<&T::assumed>(&assumed_description, "assumed", "").optional(),
       field<&T::identify>(&identify_description, "identify", "").optional(),
       field<&T::model>(

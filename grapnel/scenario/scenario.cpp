@@ -489,7 +489,7 @@ TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* wa
   const Meshes no_meshes;
   TargetSetup target;
   read_members(tree, targets_description().of(), {}, &target, {faults, no_meshes});
-  doubt_inertia(tree, {}, target.mass, target.com, target.inertia, target.geometry, faults);
+  doubt_target_inertia(tree, {}, target, faults);
   faults.throw_if_any();
   if (warnings) *warnings = sorted_faults(faults.warnings());
   return target;

@@ -75,6 +75,7 @@ struct Described<InitialKeys> {
           .optional(),
       field<&T::wheel_rate>("wheel_rates", "rad/s",
                             "Rates of the robot's wheels relative to the base, in its order; absent: at rest.")
+          .plausible_to(kFastestRotor)
           .optional(),
       field<&T::gimbal_angle>("gimbal_angles", "rad",
                               "Angles of the robot's gyros, in its order; absent: zero. Gimbals start at rest.")

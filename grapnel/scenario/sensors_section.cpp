@@ -72,9 +72,9 @@ template <>
 struct Described<WheelSensors> {
   using T = WheelSensors;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::noise>("noise", "rad/s", kNoise).at_least(0),
-      field<&T::bias>("bias", "rad/s", "Of all wheels."),
-      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0),
+      field<&T::noise>("noise", "rad/s", kNoise).at_least(0).plausible_to(kFastestRotor),
+      field<&T::bias>("bias", "rad/s", "Of all wheels.").plausible_to(kFastestRotor),
+      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0).plausible_to(kFastestRotor),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
   static constexpr Type type = structure<T>("wheel_sensors", "Tachometers of all reaction wheels.", fields);

@@ -176,7 +176,7 @@ namespace {
 void finish_target(const Node& node, const std::string& path, const TargetSetup& target, Reading& reading) {
   FaultList& faults = reading.faults;
   reading.targets.add_from(node, path, faults);
-  doubt_inertia(node, path, target.mass, target.com, target.inertia, target.geometry, faults);
+  doubt_target_inertia(node, path, target, faults);
   NameTable points("grasp point");
   const Node& list = part(node, "grasp_points");
   const std::string ready_made = text_at(node, "ready_made");

@@ -10,6 +10,7 @@
 #include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
@@ -200,6 +201,8 @@ class Builder {
     if (problem_.post_impact.size() > 1 || problem_.post_impact.any([](const auto& p) { return p.until.has_value(); }))
       phases();
     if (problem_.post_impact.any([](const auto& p) { return p.detumble.has_value(); })) detumbling();
+    if (problem_.post_impact.any([](const auto& p) { return p.at_rest.has_value(); })) rest();
+    if (!problem_.robot.wheels.empty()) wheels();
     if (!problem_.robot.thrusters.empty()) thrusters();
     if (!problem_.robot.gyros.empty()) gyros();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
@@ -289,7 +292,44 @@ class Builder {
         report([](const D& d) { return d.least_scale; }));
   }
 
+  void rest() {
+    add("rest/at_rest", "1", "whether the rates of post_impact.at_rest are kept from some time on to the end",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? double(r.rest->at_rest) : NAN; });
+    add("rest/time", "s", "from which on they are; NaN: they are not",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->time : NAN; });
+    add("rest/angular_velocity", "rad/s", "of the base, at the end",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->angular_velocity : NAN; });
+  }
+
+  void wheels() {
+    bool any_limit = false;
+    for (const WheelSetup& wheel : problem_.robot.wheels) {
+      add("wheels/" + wheel.name + "/rate", "rad/s", "relative to the base, at the end",
+          [name = wheel.name](const StudyCase&, const CaptureResult& r) {
+            for (const WheelReport& w : r.wheels) {
+              if (w.name == name) return w.rate_after;
+            }
+            return double(NAN);
+          });
+      if (!std::isfinite(wheel.rate)) continue;
+      any_limit = true;
+      saturated("wheels/" + wheel.name, "time at its largest rate", SaturationReport::Actuator::wheel, wheel.name);
+    }
+    if (any_limit)
+      saturated("wheels", "longest time of a wheel at its largest rate", SaturationReport::Actuator::wheel);
+  }
+
   void thrusters() {
+    for (const ThrusterSetup& thruster : problem_.robot.thrusters) {
+      const std::string& name = thruster.name;
+      add("thrusters/" + name + "/duty", "1", "time on, over the time of the phases in which thrusters are at work",
+          [name](const StudyCase&, const CaptureResult& r) {
+            for (const ThrusterReport& t : r.thrusters.value_or(ThrustersReport{}).each) {
+              if (t.name == name) return t.duty;
+            }
+            return double(NAN);
+          });
+    }
     add("thrusters/propellant", "kg", "propellant used",
         [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
     add("thrusters/plume", "s", "of firing with a body in the plume, of all thrusters and bodies",
@@ -301,6 +341,11 @@ class Builder {
   }
 
   void gyros() {
+    for (const MomentGyroSetup& gyro : problem_.robot.gyros)
+      saturated("gyros/" + gyro.name, "time of the gimbal at its largest rate or torque",
+                SaturationReport::Actuator::gyro, gyro.name);
+    add("gyros/largest_torque_lacking", "N m", "largest part of the torque commanded that the gyros do not give",
+        [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->largest_torque_lacking : NAN; });
     add("gyros/least_singularity_measure", "1", "least measure of singularity of the control moment gyros",
         [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->least_singularity_measure : NAN; });
     add("gyros/near_singularity", "s", "time near a singularity while a torque was asked of them",
@@ -316,6 +361,32 @@ class Builder {
  private:
   void add(std::string name, std::string unit, std::string description, Getter value) {
     columns_.push_back({std::move(name), std::move(unit), std::move(description), std::move(value)});
+  }
+
+  // Longest time, and start of the first, of one actuator or of all of a kind. Torques of wheels count only where every
+  // step is observed, and so not here.
+  void saturated(const std::string& where, const std::string& words, SaturationReport::Actuator actuator,
+                 const std::string& name = {}) {
+    const auto is_meant = [actuator, name](const SaturationReport& s) {
+      const bool observed =
+          actuator != SaturationReport::Actuator::wheel || s.quantity == SaturationReport::Quantity::rate;
+      return s.actuator == actuator && observed && (name.empty() || s.name == name);
+    };
+    add(where + "/saturated", "s", words, [is_meant](const StudyCase&, const CaptureResult& r) {
+      double longest = r.status == CaptureStatus::completed ? 0 : NAN;
+      for (const SaturationReport& s : r.saturation) {
+        if (is_meant(s)) longest = std::fmax(longest, s.duration);
+      }
+      return longest;
+    });
+    add(where + "/first_saturated", "s", "start of the first; NaN: never",
+        [is_meant](const StudyCase&, const CaptureResult& r) {
+          double first = NAN;
+          for (const SaturationReport& s : r.saturation) {
+            if (is_meant(s)) first = std::fmin(first, s.first_time);
+          }
+          return first;
+        });
   }
 
   // A number or the components of a vector, with the unit and the words of its description.
@@ -506,9 +577,52 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
   return build.take();
 }
 
+namespace {
+
+// What is observed in every step, as loads are.
+std::vector<Column> control_columns(const CaptureProblem& problem) {
+  std::vector<Column> columns;
+  columns.push_back({"stable", "1", "whether control is stable; 0: unstable; NaN: not evaluated",
+                     [](const StudyCase&, const CaptureResult& r) {
+                       const Stability verdict = stability_of(r);
+                       return verdict == Stability::not_evaluated ? NAN : double(verdict == Stability::stable);
+                     },
+                     true, false});
+  const auto saturated = [&](const std::string& name, const std::string& words, SaturationReport::Actuator actuator,
+                             const std::string& joint) {
+    columns.push_back({name, "s", words,
+                       [actuator, joint](const StudyCase&, const CaptureResult& r) {
+                         double longest = r.status == CaptureStatus::completed ? 0 : NAN;
+                         for (const SaturationReport& s : r.saturation) {
+                           if (s.actuator == actuator && (joint.empty() || s.name == joint))
+                             longest = std::fmax(longest, s.duration);
+                         }
+                         return longest;
+                       },
+                       true, false});
+  };
+  for (const ThrusterSetup& thruster : problem.robot.thrusters)
+    saturated("thrusters/" + thruster.name + "/saturated", "time on while less is given than commanded",
+              SaturationReport::Actuator::thruster, thruster.name);
+  for (const BodyDescription& body : problem.robot.bodies) {
+    const JointDescription& joint = body.joint;
+    if (has_one_axis(joint.type) && !yields(joint) && std::isfinite(joint.limits.effort))
+      saturated("joints/" + joint.name + "/saturated", "time of the drive at its effort limit",
+                SaturationReport::Actuator::joint, joint.name);
+  }
+  if ((problem.approach && problem.approach->base_control) ||
+      (problem.post_impact && problem.post_impact->base_control))
+    saturated("base_control/saturated", "longest time of base control about an axis at its limit",
+              SaturationReport::Actuator::base_control, "");
+  return columns;
+}
+
+}  // namespace
+
 std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   std::vector<Column> columns = standard_columns(problem, with_motion_afterwards);
   merge_columns(columns, load_columns(problem, with_motion_afterwards));
+  if (with_motion_afterwards) merge_columns(columns, control_columns(problem));
   return columns;
 }
 
@@ -591,16 +705,11 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
                    has_one_axis(body.joint.type) ? &units : nullptr, body.joint.limits.effort, all);
   }
   for (const EndEffectorSetup& e : problem.robot.end_effectors) add_quantities(e.name, e.rating, nullptr, NAN, all);
-  std::vector<const BaseControlSetup*> controls;
-  if (problem.approach && problem.approach->base_control) controls.push_back(&*problem.approach->base_control);
-  for (const PostImpactSetup& phase : problem.post_impact) {
-    if (phase.base_control) controls.push_back(&*phase.base_control);
-  }
-  for (int k = 0; k < 3; ++k) {
-    bool limited = false;
-    for (const BaseControlSetup* control : controls) limited = limited || std::isfinite(control->limit[k]);
-    if (!controls.empty()) all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, limited});
-  }
+  // Its limit bounds what is commanded and rates nothing.
+  const bool controls_base = (problem.approach && problem.approach->base_control) ||
+                             problem.post_impact.any([](const auto& p) { return p.base_control.has_value(); });
+  for (int k = 0; controls_base && k < 3; ++k)
+    all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, false});
   return all;
 }
 

@@ -50,6 +50,10 @@ export interface Summary {
   stop_impact_count?: number;
   /** absent if there are none */
   thrusters?: ThrustersReport;
+  /** actuators that were at their limits, the longest first; absent if none was */
+  saturation?: SaturationReport[];
+  /** of control loops, per phase of motion; absent where it was not observed */
+  stability?: StabilityReport[];
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
   worst_margin?: PeakLoad;
   /** absent where no two bodies have shapes */
@@ -87,6 +91,8 @@ export const kSummary: FieldNote[] = [
   ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
   ["stop_impact_count","1","all of them"],
   ["thrusters","","absent if there are none"],
+  ["saturation","","actuators that were at their limits, the longest first; absent if none was"],
+  ["stability","","of control loops, per phase of motion; absent where it was not observed"],
   ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
   ["clearance","","absent where no two bodies have shapes"],
   ["limits","","of joints and drives"],
@@ -1453,6 +1459,8 @@ export interface PostImpact {
   impedance?: ImpedanceReport;
   /** absent without it */
   grasp_force?: GraspForceReport;
+  /** absent where the scenario states no rates */
+  at_rest?: RestReport;
 }
 export const kPostImpact: FieldNote[] = [
   ["end","","at the end of the motion"],
@@ -1463,6 +1471,7 @@ export const kPostImpact: FieldNote[] = [
   ["identification","","absent without it"],
   ["impedance","","absent without it"],
   ["grasp_force","","absent without it"],
+  ["at_rest","","absent where the scenario states no rates"],
 ];
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
@@ -1800,6 +1809,33 @@ export const kSqueeze: FieldNote[] = [
   ["largest_error_time","s","when that was"],
 ];
 
+// whether the motion after the impact came to rest, post_impact.at_rest.
+export interface RestReport {
+  /** whether all rates were below their limits from `time` on to the end */
+  at_rest: boolean;
+  /** from which on they were; null: they were not [s] */
+  time: number | null;
+  /** of the base, in W, at the end [rad/s] */
+  angular_velocity: number;
+  /** post_impact.at_rest.angular_velocity [rad/s] */
+  angular_velocity_limit: number;
+  /** with the largest rate at the end; empty: joints are not evaluated */
+  joint: string;
+  /** its magnitude at the end [rad/s or m/s] */
+  joint_rate: number;
+  /** post_impact.at_rest.joint_rate; null: joints are not evaluated [rad/s or m/s] */
+  joint_rate_limit: number | null;
+}
+export const kRestReport: FieldNote[] = [
+  ["at_rest","","whether all rates were below their limits from `time` on to the end"],
+  ["time","s","from which on they were; null: they were not"],
+  ["angular_velocity","rad/s","of the base, in W, at the end"],
+  ["angular_velocity_limit","rad/s","post_impact.at_rest.angular_velocity"],
+  ["joint","","with the largest rate at the end; empty: joints are not evaluated"],
+  ["joint_rate","rad/s or m/s","its magnitude at the end"],
+  ["joint_rate_limit","rad/s or m/s","post_impact.at_rest.joint_rate; null: joints are not evaluated"],
+];
+
 // the largest of one load in one phase.
 export interface PeakLoad {
   /** joint, end-effector, or `base control` */
@@ -1812,9 +1848,9 @@ export interface PeakLoad {
   peak: number;
   /** when that is [s] */
   time: number;
-  /** of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of base control its `limit` [as `peak`] */
+  /** of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort` [as `peak`] */
   rating: number | null;
-  /** 1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating [1] */
+  /** 1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating [1] */
   margin: number | null;
   /** a mean over `impact.duration`, which is an assumption; the peak may be larger */
   assumed_duration: boolean;
@@ -1825,8 +1861,8 @@ export const kPeakLoad: FieldNote[] = [
   ["phase","","impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"],
   ["peak","N, N m, N s or N m s","largest magnitude"],
   ["time","s","when that is"],
-  ["rating","as `peak`","of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of base control its `limit`"],
-  ["margin","1","1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating"],
+  ["rating","as `peak`","of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`"],
+  ["margin","1","1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating"],
   ["assumed_duration","","a mean over `impact.duration`, which is an assumption; the peak may be larger"],
 ];
 
@@ -2044,6 +2080,8 @@ export interface ThrusterReport {
   firings: number;
   /** how long it was open [s] */
   on_time: number;
+  /** on_time over the time of the phases in which thrusters are at work [1] */
+  duty: number;
   /** of its force, ramps included [N s] */
   impulse: number;
   /** impulse over specific impulse and 9.80665 m/s^2 [kg] */
@@ -2053,6 +2091,7 @@ export const kThrusterReport: FieldNote[] = [
   ["name","","of the thruster"],
   ["firings","1","how often its valve opened"],
   ["on_time","s","how long it was open"],
+  ["duty","1","on_time over the time of the phases in which thrusters are at work"],
   ["impulse","N s","of its force, ramps included"],
   ["propellant","kg","impulse over specific impulse and 9.80665 m/s^2"],
 ];
@@ -2095,6 +2134,72 @@ export const kPlumeHazard: FieldNote[] = [
   ["first_time","s","when it was first so"],
   ["duration","s","of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is"],
 ];
+
+// an actuator that was at its limit.
+export interface SaturationReport {
+  /** kind of actuator */
+  actuator: SaturatedActuator;
+  /** of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z` */
+  name: string;
+  /** that is at its limit. */
+  quantity: SaturatedQuantity;
+  /** of a thruster the share of time 1, of a singularity the measure below which an array is near [rad/s, N m, N or 1] */
+  limit: number;
+  /** start of the first saturation [s] */
+  first_time: number;
+  /** total time at the limit, by integration steps [s] */
+  duration: number;
+  /** duration over the simulated time of all phases of motion [1] */
+  share: number;
+  /** whether the actuator was at its limit at the end of the run */
+  at_end: boolean;
+}
+export const kSaturationReport: FieldNote[] = [
+  ["actuator","","kind of actuator"],
+  ["name","","of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z`"],
+  ["quantity","","that is at its limit."],
+  ["limit","rad/s, N m, N or 1","of a thruster the share of time 1, of a singularity the measure below which an array is near"],
+  ["first_time","s","start of the first saturation"],
+  ["duration","s","total time at the limit, by integration steps"],
+  ["share","1","duration over the simulated time of all phases of motion"],
+  ["at_end","","whether the actuator was at its limit at the end of the run"],
+];
+
+export type SaturatedActuator = "wheel" | "gyro" | "gyros" | "thruster" | "joint" | "base_control";
+
+export type SaturatedQuantity = "rate" | "torque" | "effort" | "duty" | "singularity";
+
+// stability of the control loops in one phase of motion.
+export interface StabilityReport {
+  /** of motion */
+  phase: string;
+  /** of the phase. */
+  verdict: Stability;
+  /** for the verdict */
+  reason: string;
+  /** the rate that decides, `base x` or a joint's error of rate; empty: none */
+  of: string;
+  /** of its oscillation at the end of the phase; 0: it does not oscillate [s] */
+  period: number;
+  /** largest in the first third of the oscillation, or of the phase [rad/s or m/s] */
+  amplitude_before: number;
+  /** largest in the last third [rad/s or m/s] */
+  amplitude_after: number;
+  /** share of the last third in which the actuators of this rate saturated [1] */
+  saturated_share: number;
+}
+export const kStabilityReport: FieldNote[] = [
+  ["phase","","of motion"],
+  ["verdict","","of the phase."],
+  ["reason","","for the verdict"],
+  ["of","","the rate that decides, `base x` or a joint's error of rate; empty: none"],
+  ["period","s","of its oscillation at the end of the phase; 0: it does not oscillate"],
+  ["amplitude_before","rad/s or m/s","largest in the first third of the oscillation, or of the phase"],
+  ["amplitude_after","rad/s or m/s","largest in the last third"],
+  ["saturated_share","1","share of the last third in which the actuators of this rate saturated"],
+];
+
+export type Stability = "unstable" | "not_evaluated" | "stable";
 
 // distances between bodies with shapes.
 export interface Clearances {
