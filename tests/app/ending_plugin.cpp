@@ -20,7 +20,7 @@ int deeper(int depth) {
   volatile char frame[4096];
   frame[0] = static_cast<char>(depth);
   sink = frame[0];
-  return deeper(depth + 1) + frame[0];
+  return depth < 0 ? 0 : deeper(depth + 1) + frame[0];
 }
 
 void* exit_apart(void*) { std::exit(0); }

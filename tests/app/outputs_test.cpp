@@ -234,9 +234,8 @@ TEST_F(Outputs, MessagesOfTheSystemAreSentences) {
     EXPECT_EQ(o.err.find("std::"), std::string::npos) << arguments << o.err;
   }
   quick("mine.yaml");
-  for (const std::string& arguments :
-       {"run mine.yaml -o loop/r", std::string("run mine.yaml -o ").append(far).c_str()}) {
-    const Outcome o = run(arguments);
+  for (const std::string& folder : {std::string("loop/r"), far}) {
+    const Outcome o = run("run mine.yaml -o " + folder);
     EXPECT_EQ(o.code, 2) << o.err;
     EXPECT_EQ(o.err.find("filesystem error"), std::string::npos) << o.err;
   }
