@@ -56,11 +56,12 @@ void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodie
     return joints == Joints::pd || joints == Joints::computed_torque || joints == Joints::controller;
   };
   const bool keeps_following = follows(before.joints) && follows(problem_.post_impact->joints);
+  const State known = known_posture(bodies);
   for (std::size_t j = 0; j < size(); ++j) {
     if (keeps_following)
       control_.hold[j] = evaluate(settled_trajectory(before, control_, j), bodies.time).position;
     else
-      settle(bodies, j);
+      settle(bodies, known, j);
   }
 }
 

@@ -187,11 +187,16 @@ struct Cost {
   long steps = 0, rejected = 0;
 };
 
-// Of all pieces of a phase: "post_impact", "post_impact_2".
+// Pieces of a phase are called "post_impact", "post_impact_2".
+bool is_piece_of(const std::string& phase, const std::string& piece) {
+  return piece == phase || piece.starts_with(phase + "_");
+}
+
+// Of all pieces of a phase.
 Cost cost_of(const CaptureResult& result, const std::string& phase) {
   Cost cost;
   for (const PhaseCost& piece : result.cost) {
-    if (piece.phase != phase && !piece.phase.starts_with(phase + "_")) continue;
+    if (!is_piece_of(phase, piece.phase)) continue;
     cost.steps += piece.steps;
     cost.rejected += piece.rejected;
   }
@@ -325,7 +330,10 @@ void look_at(const std::string& phase, const CaptureResult& result, double durat
 
 std::string causes_of_short_steps(const CaptureProblem& problem, const std::string& phase) {
   if (problem.approach && phase.starts_with("approach")) return listed(causes_of_approach(problem));
-  if (problem.post_impact) return listed(causes_afterwards(problem));
+  for (std::size_t k = problem.post_impact.size(); k-- > 0;) {
+    if (k == 0 || is_piece_of(phase_name(problem, k), phase))
+      return listed(causes_afterwards(problem, problem.post_impact[k]));
+  }
   std::vector<std::string> causes;
   add_general(problem, causes);
   return listed(causes);
