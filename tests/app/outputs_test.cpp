@@ -208,7 +208,7 @@ TEST_F(Outputs, KeptCasesDoNotDependOnTheFoldersDepth) {
 TEST_F(Outputs, NumbersOfOptionsAreFinite) {
   const std::string modes = matrices();
   for (const std::string option :
-       {"--damping nan", "--below nan", "--below inf", "--expect nan", "--origin 0 nan 0", "--expect 1e999"}) {
+       {"--damping nan", "--below nan", "--expect nan", "--origin 0 nan 0", "--expect 1e999"}) {
     const Outcome o = run(modes + " " + option);
     EXPECT_EQ(o.code, 2) << option;
     EXPECT_THAT(o.err, HasSubstr("is no finite number")) << option;
@@ -242,7 +242,8 @@ TEST_F(Outputs, MessagesOfTheSystemAreSentences) {
 }
 
 TEST_F(Outputs, AMatrixWithoutEndIsRefused) {
-  const Outcome o = run("modes --mass /dev/zero --stiffness /dev/zero --units m-kg-s --modes 1");
+  fs::create_symlink("/dev/zero", folder_ / "zero.mtx");
+  const Outcome o = run("modes --mass zero.mtx --stiffness zero.mtx --units m-kg-s --modes 1");
   EXPECT_EQ(o.code, 2);
   EXPECT_THAT(o.err, HasSubstr("it is larger than 64 MB"));
 }
