@@ -11,8 +11,8 @@ before(async () => {
 
 const table = (columns, status) => {
   const size = Object.values(columns)[0].length;
-  const fields = new Map(Object.entries(columns).map(([name, values]) => [name, { values: Float64Array.from(values) }]));
-  return { size, status: status ?? Array(size).fill("ok"), find: (name) => fields.get(name) };
+  const fields = new Map(Object.entries(columns).map(([name, values]) => [name, { name, role: "column", values: Float64Array.from(values) }]));
+  return { size, status: status ?? Array(size).fill("ok"), fields: [...fields.values()], find: (name) => fields.get(name) };
 };
 
 test("points that completed are not good where a verdict speaks against them", () => {
@@ -21,6 +21,14 @@ test("points that completed are not good where a verdict speaks against them", (
   assert.deepEqual(m.badgeOf(points, 0), { text: "rating exceeded", kind: "unreachable" });
   assert.deepEqual(m.badgeOf(points, 1), { text: "not feasible", kind: "unreachable" });
   assert.deepEqual(m.badgeOf(points, 2), { text: "ok", kind: "ok" });
+});
+
+test("margins count where the worst of them is no column", () => {
+  const points = table({ "margins/elbow/force": [0.5, -0.1, NaN], "margins/elbow/moment": [0.2, 0.4, NaN] });
+  assert.deepEqual(m.verdictsOf(points), { against: ["1 exceed a rating"], clean: 2 });
+  assert.equal(m.badgeOf(points, 0).kind, "ok");
+  assert.equal(m.badgeOf(points, 1).text, "rating exceeded");
+  assert.equal(m.badgeOf(points, 2).text, "completed, not judged");
 });
 
 test("a point that no column judges is completed and no more", () => {

@@ -7,11 +7,12 @@ export interface Badge {
 }
 
 // Columns that judge a row, what is said where they speak against it, and in the plural of rows.
+// A name that ends in "/" stands for all columns below it, of which the least counts.
 const kVerdicts: { columns: string[]; against: (value: number) => boolean; words: string; many: string }[] = [
   { columns: ["ledger/pass"], against: isZero, words: "ledger fails", many: "fail the conservation checks" },
   { columns: ["captured"], against: isZero, words: "not captured", many: "do not capture" },
   { columns: ["ledger/feasible", "feasible"], against: isZero, words: "not feasible", many: "are not feasible" },
-  { columns: ["worst_margin"], against: (margin) => margin < -1e-9, words: "rating exceeded", many: "exceed a rating" },
+  { columns: ["worst_margin", "margins/"], against: (margin) => margin < -1e-9, words: "rating exceeded", many: "exceed a rating" },
   { columns: ["stable"], against: isZero, words: "unstable", many: "have unstable control" },
   { columns: ["rest/at_rest"], against: isZero, words: "not at rest", many: "do not come to rest" },
 ];
@@ -21,7 +22,23 @@ function isZero(value: number): boolean {
 }
 
 function columnOf(table: StudyTable, names: string[]): Float64Array | undefined {
-  return names.map((name) => table.find(name)?.values).find((values) => values !== undefined);
+  for (const name of names) {
+    const values = name.endsWith("/") ? leastBelow(table, name) : table.find(name)?.values;
+    if (values !== undefined) return values;
+  }
+  return undefined;
+}
+
+const leasts = new WeakMap<StudyTable, Map<string, Float64Array | undefined>>();
+function leastBelow(table: StudyTable, folder: string): Float64Array | undefined {
+  const known = leasts.get(table) ?? new Map<string, Float64Array | undefined>();
+  leasts.set(table, known);
+  if (!known.has(folder)) {
+    const below = table.fields.filter((field) => field.role === "column" && field.name.startsWith(folder));
+    const least = (row: number): number => Math.min(...below.map((field) => field.values[row]).filter(Number.isFinite));
+    known.set(folder, below.length === 0 ? undefined : Float64Array.from({ length: table.size }, (_, row) => (Number.isFinite(least(row)) ? least(row) : NaN)));
+  }
+  return known.get(folder);
 }
 
 function wordsAgainst(table: StudyTable, row: number): string[] {
