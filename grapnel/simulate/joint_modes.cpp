@@ -19,6 +19,8 @@ constexpr double kEffortSlack = 1e-11, kLeastStopSlack = 1e-12;
 constexpr double kAccelerationRounding = 1e-13;
 // Shares of the holding slack up to which a joint at its limit does not slip yet, if it is not needed.
 constexpr double kLimitShare = 0.25;
+// Of a unit change of the efforts that loops leave open: less is rounding.
+constexpr double kOpen = 1e-9;
 // Where motors answer to the choice of modes.
 constexpr int kMostRounds = 20;
 // Impulses that pull by less, relative to the largest, are rounding.
@@ -139,12 +141,14 @@ void JointModes::settle(const Dynamics& dynamics) {
   if (fits(response, resting)) return;
   // No choice fits to rounding: what is held stays so until its limits are exceeded by twice as much.
   const double excess = held_excess(response.holding, response.open);
-  for (Joint* j : resting) j->slack *= excess > 1 - kLimitShare ? 2 * excess : 1;
+  if (!(excess > 1 - kLimitShare)) return;
+  for (Joint& j : joints_) j.relief = 2 * excess;
 }
 
 // Units and slacks of held joints. A stop holds whatever it takes.
 void JointModes::take_slacks(const Response& response) {
   for (Joint& j : joints_) {
+    j.relief = 1;
     if (j.mode != Mode::held) continue;
     const double h = response.possible ? std::abs(response.holding[j.joint]) : 0;
     j.unit = j.breakaway + (j.end != End::none ? h : 0);
@@ -167,7 +171,7 @@ EffortFamily JointModes::held_family(std::span<const double> holding, const Open
     const HoldingRange range = holding_range(j, j.breakaway);
     family.x0[i] = holding[j.joint] / j.unit;
     family.lower[i] = range.lower / j.unit, family.upper[i] = range.upper / j.unit;
-    family.weight[i] = j.slack / (kEffortSlack * j.unit);
+    family.weight[i] = j.relief * j.slack / (kEffortSlack * j.unit);
     if (directions.cols() == 0) continue;
     directions.row(i) = open.effort.row(j.v) / j.unit, terms.row(i) = open.terms.row(j.v) / j.unit;
   }
@@ -177,6 +181,16 @@ EffortFamily JointModes::held_family(std::span<const double> holding, const Open
 
 // How far the holding efforts are outside what friction and stops give, in slacks; negative inside.
 double JointModes::held_excess(std::span<const double> holding, const OpenEfforts& open) const {
+  if (open.effort.cols() == 0) {
+    double largest = -1 / kEffortSlack;
+    for (const Joint& j : joints_) {
+      if (j.mode != Mode::held) continue;
+      const HoldingRange range = holding_range(j, j.breakaway);
+      const double beyond = std::max(range.lower - holding[j.joint], holding[j.joint] - range.upper);
+      largest = std::max(largest, beyond / (j.relief * j.slack));
+    }
+    return largest;
+  }
   const EffortFamily family = held_family(holding, open);
   if (family.x0.size() == 0) return -1 / kEffortSlack;
   if (family.N.cols() > 0) {
@@ -263,7 +277,7 @@ std::vector<int> JointModes::share_out(const OpenEfforts& open, std::span<double
   Eigen::Index i = 0;
   for (Joint& j : joints_) {
     if (j.mode != Mode::held) continue;
-    const bool is_open = family.N.row(i).cwiseAbs().maxCoeff() > 0;
+    const bool is_open = family.N.row(i).cwiseAbs().maxCoeff() > kOpen;
     if (is_open) holding[j.joint] = j.unit * x[i], changed.push_back(j.v);
     j.undetermined = j.undetermined || is_open;
     ++i;

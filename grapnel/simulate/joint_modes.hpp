@@ -37,7 +37,8 @@ class JointModes {
     double sense = 0;       // of its motion, +1 or -1, against which Coulomb's friction acts
     End end = End::none;    // at which stop it is
     double unit = 1;        // of its holding effort, where the efforts of several joints are compared [N m or N]
-    double slack = 0;       // of the holding effort [N m or N]
+    double slack = 0;       // of the holding effort: rounding [N m or N]
+    double relief = 1;      // factor on the slack where no choice of modes fits
     double rate_noise = 0;  // rounding error of its acceleration where it slips [rad/s^2 or m/s^2]
     // Since begin():
     int sticks_count = 0, breakaways = 0, stop_impacts = 0;
