@@ -169,10 +169,10 @@ int campaign(const CampaignRunOptions& options) {
   try {
     shard = job_shard(options.shard, [](const char* name) { return std::getenv(name); });
   } catch (const std::invalid_argument& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
-  const std::optional<fs::path> folder = results_folder(options.output, options.study);
+  const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::campaign);
   if (!folder) return kBadInput;
   say_campaign(*loaded, options);
   if (shard.by_slurm && !options.quiet)

@@ -13,6 +13,7 @@
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void say_lines(const char* text) { to_stderr("grapnel: error: {}\n", text); }
+void say_lines(const std::string& text) { to_stderr("grapnel: error: {}\n", text); }
 
 }  // namespace
 
@@ -80,16 +81,16 @@ int with_store_errors(const fs::path& folder, const std::string& command, const 
   try {
     return work();
   } catch (const ForeignFolder& error) {
-    say_lines(error.what());
+    say_lines(error_text(error));
     return kBadInput;
   } catch (const DamagedManifest& error) {
-    say_lines(error.what());
+    say_lines(error_text(error));
     return kBadInput;
   } catch (const FolderInUse& error) {
-    say_lines(error.what());
+    say_lines(error_text(error));
     return kSimulationFailed;
   } catch (const std::exception& error) {
-    say_lines(error.what());
+    say_lines(error_text(error));
     to_stderr("grapnel: what is in {} stays valid; to go on: {}\n", folder.string(), command);
     return kSimulationFailed;
   }
@@ -177,7 +178,7 @@ KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& plac
     if (fs::is_regular_file(summary, none)) return KeptRun::there;
     if (code == kBadInput) return KeptRun::impossible;
   } catch (const std::exception& error) {
-    to_stderr("grapnel: warning: case {}: {}\n", k, error.what());
+    to_stderr("grapnel: warning: case {}: {}\n", k, error_text(error));
   }
   return KeptRun::not_written;
 }
@@ -280,6 +281,36 @@ int end_of_parsing(const CLI::App& app, const CLI::ParseError& error) {
   write_stdout(out.str());
   write_stderr(err.str());
   return failed == 0 ? kDone : kBadInput;
+}
+
+namespace {
+
+std::string finite(const std::string& text) {
+  double value = 0;
+  if (!CLI::detail::lexical_cast(text, value) || std::isfinite(value))
+    return {};  // what is no number is said elsewhere
+  return fmt::format("'{}' is no finite number", text);
+}
+
+}  // namespace
+
+void require_finite_numbers(CLI::App& app) {
+  for (CLI::Option* const option : app.get_options()) {
+    if (option->get_type_name().find("FLOAT") != std::string::npos) option->check(finite);
+  }
+  const auto all = [](CLI::App*) { return true; };
+  for (CLI::App* const command : app.get_subcommands(all)) require_finite_numbers(*command);
+}
+
+int unexpected_error(const std::exception& error) {
+  to_stderr("grapnel: error: {}\n", error_text(error));
+  return kSimulationFailed;
+}
+
+bool say_plugin_faults() {
+  const std::vector<std::string> faults = take_plugin_faults();
+  for (const std::string& fault : faults) to_stderr("grapnel: error: {}\n", fault);
+  return !faults.empty();
 }
 
 namespace {

@@ -59,6 +59,16 @@ std::string command_line_without(const char* program, int argc, char** argv, std
 /// Help, version or what is wrong with the arguments, and the exit code.
 int end_of_parsing(const CLI::App& app, const CLI::ParseError& error);
 
+/// Every option that takes numbers with fractions refuses what is no finite number: nan, inf, 1e999. Called once all
+/// options are there.
+void require_finite_numbers(CLI::App& app);
+
+/// An exception that no command expects, on stderr as a sentence. Returns the exit code.
+int unexpected_error(const std::exception& error);
+
+/// Says what went wrong when controllers were destroyed. Whether anything did.
+bool say_plugin_faults();
+
 /// Adds those that every way to run a campaign has.
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options);
 /// Adds those of one machine and of job arrays: -j, --only, --shard.

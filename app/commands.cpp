@@ -1,6 +1,10 @@
 #include "commands.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/describe/contract.hpp"
@@ -66,8 +70,8 @@ int run(const RunOptions& options) {
               problem.sha256.substr(0, 12));
     flush_stdout();
   }
-  const std::optional<fs::path> made = results_folder(options.output, options.scenario);
-  if (!made) return kBadInput;
+  const std::optional<fs::path> made = results_folder(options.output, options.scenario, Outputs::run);
+  if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256))) return kBadInput;
   say_faults(warnings);
   const StopSignal stop;
   return run_problem(problem, options.scenario, *made,
@@ -130,22 +134,27 @@ int print_schema(const SchemaOptions& options) {
                                           : scenario_schema());
     return kDone;
   } catch (const std::runtime_error& error) {  // of the page
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
 }
 
 int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
+  std::vector<fs::path> files;
+  for (const auto& [asked, name] : {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
+    if (asked) files.push_back(folder / name);
+  note_results(folder);
+  if (!may_write(files)) return kBadInput;
   try {
     if (csv) to_stdout("{}\n", export_csv(folder).string());
     if (mat) to_stdout("{}\n", export_mat(folder).string());
     if (glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
     return kDone;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   } catch (const std::exception& error) {  // of what is read
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
 }
@@ -174,12 +183,29 @@ double reach(const Model& model, const Frame& frame) {
   return length;
 }
 
+// Characters of a column for these names: at least 22, and two more than the longest.
+int column_width(const std::vector<std::string>& names) {
+  std::size_t longest = 20;
+  for (const std::string& name : names) {
+    const auto begins_character = [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; };
+    longest = std::max(longest, static_cast<std::size_t>(std::count_if(name.begin(), name.end(), begins_character)));
+  }
+  return static_cast<int>(longest) + 2;
+}
+
 void print_bodies(const Model& model) {
-  to_stdout("\n{:<22}{:<22}{:<22}{:<12}{:>12}\n", "body", "parent", "joint", "type", "mass [kg]");
+  std::vector<std::string> bodies, joints;
   for (const Body& b : model.bodies()) {
-    to_stdout("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
-              b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
-              b.parent < 0 ? "-" : b.description.joint.name, traits_of(b.description.joint.type).name,
+    bodies.push_back(b.description.name);
+    joints.push_back(b.parent < 0 ? "-" : b.description.joint.name);
+  }
+  const int of_body = column_width(bodies), of_joint = column_width(joints);
+  to_stdout("\n{:<{}}{:<{}}{:<{}}{:<12}{:>12}\n", "body", of_body, "parent", of_body, "joint", of_joint, "type",
+            "mass [kg]");
+  for (const Body& b : model.bodies()) {
+    to_stdout("{:<{}}{:<{}}{:<{}}{:<12}{:>12.6g}\n", b.description.name, of_body,
+              b.parent < 0 ? "-" : model.bodies()[b.parent].description.name, of_body,
+              b.parent < 0 ? "-" : b.description.joint.name, of_joint, traits_of(b.description.joint.type).name,
               b.description.mass);
   }
 }
@@ -206,6 +232,38 @@ void print_elastic(const CaptureProblem& problem) {
   }
 }
 
+std::string limit_text(double limit) { return std::isfinite(limit) ? fmt::format("{:.6g}", limit) : "none"; }
+std::string vector_text(const Vector3d& v) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v[0], v[1], v[2]); }
+
+void print_wheels(const RobotSetup& robot) {
+  if (robot.wheels.empty()) return;
+  to_stdout("\n{:<22}{:>16}{:>16}{:>16}{:>20}   {}\n", "reaction wheel", "inertia [kg m^2]", "torque [N m]",
+            "rate [rad/s]", "momentum [N m s]", "axis");
+  for (const WheelSetup& w : robot.wheels)
+    to_stdout("{:<22}{:>16.6g}{:>16}{:>16}{:>20}   {}\n", w.name, w.inertia, limit_text(w.torque), limit_text(w.rate),
+              limit_text(w.inertia * w.rate), vector_text(w.axis));
+}
+
+void print_gyros(const RobotSetup& robot) {
+  if (robot.gyros.empty()) return;
+  to_stdout("\n{:<22}{:>20}{:>16}{:>16}{:>16}   {:<24}{}\n", "control moment gyro", "momentum [N m s]", "spin [rad/s]",
+            "torque [N m]", "rate [rad/s]", "gimbal axis", "spin axis");
+  for (const MomentGyroSetup& g : robot.gyros)
+    to_stdout("{:<22}{:>20.6g}{:>16.6g}{:>16}{:>16}   {:<24}{}\n", g.name, g.inertia * g.spin_rate, g.spin_rate,
+              limit_text(g.torque), limit_text(g.rate), vector_text(g.gimbal_axis), vector_text(g.spin_axis));
+}
+
+void print_thrusters(const RobotSetup& robot) {
+  if (robot.thrusters.empty()) return;
+  to_stdout("\n{:<22}{:>12}{:>12}{:>20}   {:<28}{}\n", "thruster", "force [N]", "I_sp [s]", "least time on [s]",
+            "position [m]", "direction of its force");
+  for (const ThrusterSetup& t : robot.thrusters)
+    to_stdout("{:<22}{:>12.6g}{:>12.6g}{:>20.6g}   {:<28}{}\n", t.name, t.force, t.specific_impulse, t.min_on_time,
+              vector_text(t.position), vector_text(t.direction));
+  to_stdout("propellant for the thrusters: {}\n",
+            robot.propellant ? fmt::format("{:.6g} kg", *robot.propellant) : "not stated");
+}
+
 // A target by itself, read as that of a scenario in which it rests.
 int print_target(const ReadyMade& ready_made) {
   const TargetSetup target = load_ready_made_target(ready_made.name);
@@ -216,10 +274,13 @@ int print_target(const ReadyMade& ready_made) {
   to_stdout("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
   to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
             I.yy, I.zz, I.xy, I.xz, I.yz);
-  to_stdout("\n{:<22}position in its frame [m]\n", "grasp point");
+  std::vector<std::string> names;
+  for (const GraspPoint& point : target.grasp_points) names.push_back(point.name);
+  const int of_name = column_width(names);
+  to_stdout("\n{:<{}}position in its frame [m]\n", "grasp point", of_name);
   for (const GraspPoint& point : target.grasp_points) {
     const Vector3d& p = point.X_TG.p;
-    to_stdout("{:<22}[{:.6g}, {:.6g}, {:.6g}]\n", point.name, p[0], p[1], p[2]);
+    to_stdout("{:<{}}[{:.6g}, {:.6g}, {:.6g}]\n", point.name, of_name, p[0], p[1], p[2]);
   }
   return kDone;
 }
@@ -257,14 +318,24 @@ int info(const std::filesystem::path& file) {
     to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
               I.yy, I.zz, I.xy, I.xz, I.yz);
     print_bodies(model);
-    to_stdout("\n{:<22}{:<22}{:>12}   {}\n", "end-effector", "link", "reach [m]", "position at zero joints [m]");
+    std::vector<std::string> names, links;
+    for (int f : system.end_effectors) {
+      names.push_back(model.frames()[f].name);
+      links.push_back(model.bodies()[model.frames()[f].body].description.name);
+    }
+    const int of_name = column_width(names), of_link = column_width(links);
+    to_stdout("\n{:<{}}{:<{}}{:>12}   {}\n", "end-effector", of_name, "link", of_link, "reach [m]",
+              "position at zero joints [m]");
     for (int f : system.end_effectors) {
       const Frame& frame = model.frames()[f];
       const Vector3d p = frame_pose(model, k, f).p;
-      to_stdout("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name,
-                model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
+      to_stdout("{:<{}}{:<{}}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name, of_name,
+                model.bodies()[frame.body].description.name, of_link, reach(model, frame), p[0], p[1], p[2]);
     }
     to_stdout("reach: longest possible distance from the arm's first joint\n");
+    print_wheels(problem.robot);
+    print_gyros(problem.robot);
+    print_thrusters(problem.robot);
     if (is_flexible(problem.robot)) print_elastic(problem);
     return kDone;
   } catch (const InputError& error) {

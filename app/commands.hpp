@@ -31,6 +31,7 @@ struct RunOptions {
   std::vector<std::string> overrides;  // path=value
   bool quiet = false;
   bool no_report = false;
+  bool force = false;  // results of another scenario in the folder are replaced
 };
 int run(const RunOptions& options);
 
@@ -124,10 +125,12 @@ struct ModesOptions {
   std::string units;  // LENGTH-MASS-s
   std::optional<long long> interface_node;
   std::filesystem::path interface_nodes;  // NODE, X, Y, Z
+  std::filesystem::path node_places;      // likewise, of more nodes
+  std::filesystem::path row_names;        // NODE.COMPONENT of every row, for matrices without names
   std::vector<int> interface_rows;        // from 1
   std::vector<double> origin{0, 0, 0};    // of the frame, for interface_nodes, in the model's units
-  int modes = 20;
-  double below = 100;  // [Hz]
+  std::optional<int> modes;               // empty: 20, or as many as there are
+  double below = 100;                     // [Hz]
   double damping = 0;
   std::vector<double> expected;  // [Hz]
   std::filesystem::path output;  // empty: the table alone
@@ -139,7 +142,7 @@ struct ImportCommandOptions {
   std::filesystem::path model;   // .urdf or .xml
   std::filesystem::path output;  // the robot file
   std::string base, bus, mount, prefix;
-  std::vector<std::string> packages, locked, end_effectors;  // NAME=FOLDER, JOINT=VALUE, names
+  std::vector<std::string> packages, locked, wheels, end_effectors;  // NAME=FOLDER, JOINT=VALUE, names
   bool repair_inertia = false;
 };
 int import_robot_file(const ImportCommandOptions& options);

@@ -17,6 +17,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -38,8 +39,10 @@ fs::path plant_library() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path library = program.parent_path().parent_path() / "lib" / "grapnel" / "grapnel-fmu.so";
   if (!fs::exists(library, error))
-    throw PlantError(fmt::format("the binary of FMUs, {}, is not there; it is built and installed with the program",
-                                 library.string()));
+    throw PlantError(
+        fmt::format("the binary of FMUs, {}, is not there. The target grapnel_fmu builds it: cmake --build "
+                    "--preset release --target grapnel_fmu; a full build and the packages have it",
+                    library.string()));
   return library;
 }
 
@@ -134,8 +137,7 @@ PlantDescription describe(const ExportFmuOptions& options, const CaptureProblem&
   description.identifier = c_identifier(options.scenario.stem().string());
   description.tool = "Grapnel " GRAPNEL_VERSION;
   description.period = plant.control->timing.period;
-  description.stop =
-      (plant.approach ? plant.approach->duration : 0) + (plant.post_impact ? plant.post_impact->duration : 0);
+  description.stop = (plant.approach ? plant.approach->duration : 0) + plant.post_impact.total_duration();
   return description;
 }
 
@@ -148,7 +150,12 @@ int export_fmu(const ExportFmuOptions& options) {
     std::vector<Fault> warnings;
     GatheredPlant gathered =
         gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
+    const fs::path output =
+        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
+    if (!may_write({output})) return kBadInput;
     say_faults(warnings);
+    if (!gathered.assumed.empty())
+      to_stdout("The scenario has no control.period: {} is taken; --set states another one.\n", gathered.assumed);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);
     // Of all that belongs to it, so that a binary refuses resources of another one.
@@ -156,8 +163,6 @@ int export_fmu(const ExportFmuOptions& options) {
         "{" +
         sha256(model_description_text(description, variables) + plant_json(gathered.package) + gathered.plant.sha256) +
         "}";
-    const fs::path output =
-        options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
     const ScratchFolder folder, archive;
     write_folder(folder.path(), description, gathered, variables);
     fmi::zip_folder(folder.path(), archive.path() / "plant.fmu");
@@ -175,13 +180,13 @@ int export_fmu(const ExportFmuOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const PlantError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const CaptureProblemError& error) {
-    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error.what());
+    to_stderr("grapnel: error: {}: {}\n", options.scenario.string(), error_text(error));
     return kBadInput;
   } catch (const std::runtime_error& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

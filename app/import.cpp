@@ -8,6 +8,7 @@
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -34,12 +35,8 @@ class SettingsOfArguments {
     }
     put_pairs(tree, "lock", "--lock", "JOINT=VALUE", options.locked, true);
     put_pairs(tree, "packages", "--package", "NAME=FOLDER", options.packages, false);
-    if (!options.end_effectors.empty()) {
-      Node list = sequence_node(mark_of("--end-effector"));
-      for (const std::string& name : options.end_effectors)
-        list.items.push_back(quoted(name, "--end-effector " + name));
-      put(tree, "end_effectors", std::move(list));
-    }
+    put_names(tree, "wheels", "--wheel", options.wheels);
+    put_names(tree, "end_effectors", "--end-effector", options.end_effectors);
     if (options.repair_inertia) put(tree, "repair_inertia", plain("true", "--repair-inertia"));
     return tree;
   }
@@ -57,6 +54,13 @@ class SettingsOfArguments {
     Node node = plain(text, argument);
     node.plain = false;
     return node;
+  }
+
+  static void put_names(Node& tree, const char* key, const std::string& option, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    Node list = sequence_node(mark_of(option));
+    for (const std::string& name : names) list.items.push_back(quoted(name, option + " " + name));
+    put(tree, key, std::move(list));
   }
 
   void put_pairs(Node& tree, const char* key, const char* option, const char* form,
@@ -103,9 +107,6 @@ int import_robot_file(const ImportCommandOptions& options) {
       faults.add({std::make_shared<const std::string>(options.model.string()), 0, 0},
                  "a model to be imported ends in .urdf or .xml");
     std::error_code error;
-    if (fs::equivalent(options.model, options.output, error))
-      faults.add({std::make_shared<const std::string>(options.output.string()), 0, 0},
-                 "the result would replace the model; name another file with -o");
     // Meshes are named as seen from there.
     const fs::path folder = options.output.parent_path();
     if (!folder.empty() && !fs::is_directory(folder, error))
@@ -118,6 +119,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     faults.throw_if_any();
     std::vector<Fault> warnings;
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
+    if (!may_write({options.output})) return kBadInput;
     say(imported->decisions);
     say_faults(warnings);
     std::string comment = fmt::format("Made by grapnel import from {}. What was decided for a part stands beside it.",
@@ -131,7 +133,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

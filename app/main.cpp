@@ -6,13 +6,18 @@
 
 #include "campaign_folder.hpp"
 #include "commands.hpp"
+#include "grapnel/text/input_files.hpp"
 #include "manual.hpp"
+#include "plugin_supervisor.hpp"
 #include "terminal.hpp"
 
+namespace {
+
+using namespace grapnel::app;
+
 // Argument parsing only; what the subcommands do is in commands.hpp.
-int main(int argc, char** argv) {
-  using namespace grapnel::app;
-  prepare_process();
+int program(int argc, char** argv) {
+  const grapnel::InputFiles inputs;
   CLI::App app{"Grapnel: what happens when a space robot catches a tumbling object"};
   app.name("grapnel");
   app.require_subcommand(1);
@@ -27,6 +32,7 @@ int main(int argc, char** argv) {
                           "Result folder (default: out/ and the scenario file's name without .yaml)");
   run_command->add_option("--set", run_options.overrides, "Replace a value: path=value, e.g. approach.duration=10")
       ->allow_extra_args(false);
+  run_command->add_flag("--force", run_options.force, "Replace the results of another scenario in the folder");
   run_command->add_flag("--no-report", run_options.no_report, "Write no report.html");
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
   run_command->callback([&] { code = run(run_options); });
@@ -101,7 +107,8 @@ int main(int argc, char** argv) {
   FigureOptions figure_options;
   CLI::App* figure_command =
       app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");
-  figure_command->add_option("folder", figure_options.folder, "Result folder of run or sweep")->required();
+  figure_command->add_option("folder", figure_options.folder, "Result folder of run, sweep, campaign or map")
+      ->required();
   auto* what = figure_command->add_option("--what", figure_options.what, "Which figure, e.g. joints, momentum, strobe");
   figure_command->add_flag("--list", figure_options.list, "Print which figures the folder offers")->excludes(what);
   figure_command->add_option("-o,--output", figure_options.output,
@@ -124,14 +131,18 @@ int main(int argc, char** argv) {
   figure_command->add_option("--view", figure_options.view, "strobe: direction in space (default: iso)")
       ->check(CLI::IsMember({"x", "y", "z", "iso"}));
   figure_command
-      ->add_option("--column", figure_options.columns,
-                   "impulse-map: column of the table; may be repeated (default: the impulses of the grasps)")
+      ->add_option(
+          "--column", figure_options.columns,
+          "impulse-map, distribution: column of the table; may be repeated (default: the impulses of the grasps; the "
+          "numbers that criteria limit)")
       ->allow_extra_args(false);
-  figure_command->add_option("--x", figure_options.x_axis,
-                             "impulse-map: axis that goes to the right (default: the one with the most values)");
+  figure_command->add_option(
+      "--x", figure_options.x_axis,
+      "impulse-map, success-map: axis that goes to the right (default: the one with the most values)");
   figure_command->add_option("--lines", figure_options.lines_axis,
-                             "impulse-map: axis with a line per value (default: the first other one)");
-  figure_command->add_flag("--heat-map", figure_options.heat_map, "impulse-map: two axes and colours instead of lines");
+                             "impulse-map, success-map: axis with a line per value (default: the first other one)");
+  figure_command->add_flag("--heat-map", figure_options.heat_map,
+                           "impulse-map, success-map: two axes and colours instead of lines");
   figure_command->callback([&] {
     figure_options.command = command_line("grapnel", argc, argv);
     code = figure(figure_options);
@@ -225,6 +236,10 @@ int main(int argc, char** argv) {
                    "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
       ->allow_extra_args(false);
   import_command
+      ->add_option("--wheel", import_options.wheels,
+                   "Joint on the base that becomes a reaction wheel of it; may be repeated")
+      ->allow_extra_args(false);
+  import_command
       ->add_option("--end-effector", import_options.end_effectors,
                    "Link or frame that becomes an end-effector; may be repeated (default: the outermost ones)")
       ->allow_extra_args(false);
@@ -237,7 +252,9 @@ int main(int argc, char** argv) {
       "modes", "Modes of vibration of a link or panel, from mass and stiffness matrices of a finite-element model");
   modes_command
       ->add_option("--mass", modes_options.mass,
-                   "File of the mass matrix: .mtx, .csv, CalculiX's .mas, Nastran's DMIG (.pch, .bdf) or .op4")
+                   "File of the mass matrix: .mtx (Matrix Market, Abaqus), .csv, CalculiX's .mas, Nastran's DMIG "
+                   "(.pch, .bdf) or "
+                   ".op4")
       ->required();
   modes_command->add_option("--stiffness", modes_options.stiffness, "File of the stiffness matrix; may be the same")
       ->required();
@@ -258,9 +275,17 @@ int main(int argc, char** argv) {
                    "Of matrices whose rows have no names: the six rows of the interface's translations and rotations "
                    "(default: 1 2 3 4 5 6)")
       ->expected(6);
+  modes_command->add_option("--row-names", modes_options.row_names,
+                            "File with the names of the rows, a line NODE.COMPONENT for each (default: the matrix's "
+                            "file with the ending .dof, where there is one)");
+  modes_command->add_option(
+      "--node-places", modes_options.node_places,
+      "File of more nodes, as --interface-nodes, which are not tied: they locate shells and beams "
+      "that CalculiX expanded to solids");
   modes_command->add_option("--mass-name", modes_options.mass_name, "Of several matrices in a file: its name");
   modes_command->add_option("--stiffness-name", modes_options.stiffness_name, "Likewise");
-  modes_command->add_option("--modes", modes_options.modes, "At most so many modes (default: 20)")
+  modes_command
+      ->add_option("--modes", modes_options.modes, "At most so many modes (default: 20, or all of a smaller model)")
       ->check(CLI::Range(1, 50));
   modes_command->add_option("--below", modes_options.below, "Modes below this frequency [Hz] (default: 100)")
       ->check(CLI::PositiveNumber);
@@ -283,19 +308,28 @@ int main(int argc, char** argv) {
   completion_command->add_option("shell", shell, "Which shell (default: bash)")->check(CLI::IsMember({"bash"}));
   completion_command->callback([&] { write_stdout(bash_completion(app)); });
 
+  require_finite_numbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     // Help and version are successes; everything else is bad input.
     return end_of_parsing(app, error);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
-    return kSimulationFailed;
+    return unexpected_error(error);
   }
+  if (say_plugin_faults() && code == kDone) code = kSimulationFailed;
   // A full disk or a closed pipe behind stdout is no success.
   if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == kDone) {
     to_stderr("grapnel: error: cannot write to standard output\n");
     return kSimulationFailed;
   }
   return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  prepare_process();
+  supervise_plugins();
+  return end_of_program(program(argc, argv));
 }

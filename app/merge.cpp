@@ -7,6 +7,7 @@
 #include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/shard_store.hpp"
+#include "grapnel/result/json_document.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
@@ -37,7 +38,7 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
       manifest = read_manifest(folder);
       if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
     } catch (const std::exception& error) {
-      to_stderr("grapnel: error: {}\n", error.what());
+      to_stderr("grapnel: error: {}\n", error_text(error));
       sound = false;
       continue;
     }
@@ -64,7 +65,8 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
 // The file's campaign, which can run cases; if the file is gone or has changed, what the manifest says of it.
 Campaign campaign_of(const Source& source) {
   try {
-    Campaign campaign = load_campaign(source.manifest.campaign.file);
+    Campaign campaign =
+        load_campaign(file_seen_from_here(source.folder, source.manifest.file_folder, source.manifest.campaign.file));
     if (differences(source.manifest, campaign, source.manifest.version, source.manifest.arithmetic).empty())
       return campaign;
   } catch (const InputError&) {
@@ -129,8 +131,8 @@ void gather(const std::vector<Source>& sources, const Campaign& campaign, ShardS
   }
 }
 
-int merge_into(const std::vector<Source>& sources, const MergeOptions& options, const std::string& command) {
-  Campaign campaign = campaign_of(sources.front());
+int merge_into(const std::vector<Source>& sources, Campaign campaign, const MergeOptions& options,
+               const std::string& command) {
   std::uint64_t total = 0;
   for (const Source& source : sources) total = std::max(total, source.manifest.total);
   ShardStore store(options.output, campaign,
@@ -172,11 +174,13 @@ int merge_into(const std::vector<Source>& sources, const MergeOptions& options, 
 
 int merge(const MergeOptions& options) {
   const auto sources = sources_of(options);
-  if (!sources || !results_folder(options.output, "")) return kBadInput;
+  if (!sources) return kBadInput;
+  const Campaign campaign = campaign_of(sources->front());
+  if (!results_folder(options.output, "", Outputs::campaign)) return kBadInput;
   std::string command = "grapnel merge";
   for (const fs::path& folder : options.folders) command += " " + folder.string();
   command += " -o " + options.output.string();
-  return with_store_errors(options.output, command, [&] { return merge_into(*sources, options, command); });
+  return with_store_errors(options.output, command, [&] { return merge_into(*sources, campaign, options, command); });
 }
 
 }  // namespace grapnel::app

@@ -12,6 +12,7 @@
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -19,6 +20,8 @@ namespace {
 
 // A mode that is this far from where it was expected is another one, or the units are.
 constexpr double kExpected = 0.01;
+// At most so many modes where the command names no number; a smaller model gives all that it has.
+constexpr int kUsualModes = 20;
 
 Mark option_mark(const std::string& argument) { return {std::make_shared<const std::string>(argument), 0, 0}; }
 
@@ -60,7 +63,10 @@ std::optional<ElementInterface> interface_of(const ModesOptions& options, FaultL
   interface.node = options.interface_node;
   if (!options.interface_nodes.empty()) {
     interface.nodes = read_node_places(options.interface_nodes, faults);
-    for (NodePlace& node : interface.nodes)
+  }
+  if (!options.node_places.empty()) interface.others = read_node_places(options.node_places, faults);
+  for (std::vector<NodePlace>* nodes : {&interface.nodes, &interface.others}) {
+    for (NodePlace& node : *nodes)
       node.x -= options.origin[0], node.y -= options.origin[1], node.z -= options.origin[2];
   }
   for (const int row : options.interface_rows) interface.rows.push_back(row - 1);
@@ -128,7 +134,7 @@ void print(const ComponentModes& r, const ModesOptions& options) {
   if (r.next)
     to_stdout("left out from {:.6g} Hz on by {}: what they would move is rigid\n", *r.next,
               *r.next > options.below ? fmt::format("--below {:g}", options.below)
-                                      : fmt::format("--modes {}", options.modes));
+                                      : fmt::format("--modes {}", options.modes.value_or(kUsualModes)));
 }
 
 // Whether the modes are where they were expected, in order.
@@ -157,16 +163,17 @@ int modes_of_matrices(const ModesOptions& options) {
     FaultList faults;
     const auto units = units_of(options.units, faults);
     auto interface = interface_of(options, faults);
-    auto mass = read_element_matrix(options.mass, options.mass_name, 'M', faults);
-    auto stiffness = read_element_matrix(options.stiffness, options.stiffness_name, 'K', faults);
+    auto mass = read_element_matrix(options.mass, options.mass_name, 'M', faults, options.row_names);
+    auto stiffness = read_element_matrix(options.stiffness, options.stiffness_name, 'K', faults, options.row_names);
     faults.throw_if_any();
+    if (!options.output.empty() && !may_write({options.output})) return kBadInput;
     if (!interface->node && interface->nodes.empty() && interface->rows.empty() && mass->dofs.empty())
       interface->rows = {0, 1, 2, 3, 4, 5};
-    if (options.modes > mass->size())
-      faults.add(option_mark(fmt::format("--modes {}", options.modes)),
+    if (options.modes && *options.modes > mass->size())
+      faults.add(option_mark(fmt::format("--modes {}", *options.modes)),
                  fmt::format("the matrices have {} only", counted(static_cast<std::size_t>(mass->size()), "row")));
     const auto result = component_modes(std::move(*mass), std::move(*stiffness), *interface, *units,
-                                        {options.modes, options.below, options.damping}, faults);
+                                        {options.modes.value_or(kUsualModes), options.below, options.damping}, faults);
     faults.throw_if_any();
     print(*result, options);
     compare(*result, options, faults);
@@ -188,7 +195,7 @@ int modes_of_matrices(const ModesOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const CannotWrite& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

@@ -19,6 +19,7 @@
 #include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/text/input_files.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 
@@ -320,7 +321,7 @@ int follow(Campaign* campaign, const fs::path& folder, const CampaignRunOptions&
     return kDone;
   } catch (const std::exception& error) {
     Message said = message(MessageKind::failed);
-    said.text = error.what();
+    said.text = error_text(error);
     world.send(0, said);
     return kSimulationFailed;
   }
@@ -335,7 +336,7 @@ int mpi_campaign(const CampaignRunOptions& options, const World& world) {
   const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
   StopSignal stop;
   if (!leads) return follow(campaign ? &*campaign : nullptr, folder, options, world, stop);
-  if (!campaign || !results_folder(options.output, options.study)) {
+  if (!campaign || !results_folder(options.output, options.study, Outputs::campaign)) {
     send_home(world);
     return kBadInput;
   }
@@ -352,6 +353,7 @@ int mpi_campaign(const CampaignRunOptions& options, const World& world) {
 int main(int argc, char** argv) {
   using namespace grapnel::app;
   prepare_process();
+  const grapnel::InputFiles inputs;
   const World world(argc, argv);
   CLI::App app{"Grapnel's campaigns on the ranks of an MPI job"};
   app.name("grapnel-mpi");
@@ -375,6 +377,7 @@ int main(int argc, char** argv) {
     code = mpi_campaign(options, world);
   });
 
+  require_finite_numbers(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -382,8 +385,8 @@ int main(int argc, char** argv) {
     return end_of_parsing(app, error);
   } catch (const std::exception& error) {
     // The other ranks may wait for this one.
-    to_stderr("grapnel: error: {}\n", error.what());
-    world.abort(kSimulationFailed);
+    world.abort(unexpected_error(error));
   }
+  if (say_plugin_faults() && code == kDone) code = kSimulationFailed;
   return code;
 }

@@ -37,11 +37,12 @@ std::string comment_of(const Optimization& optimization, const OptimizationOutco
 }
 
 // Writes the best as a scenario and simulates what was written: what is reported is what a user will get.
-Evaluation write_best(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& file) {
+Evaluation write_best(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& file,
+                      const std::stop_token& stop) {
   const Evaluation& best = outcome.evaluations[*outcome.best];
   write_file_atomically(file, optimization.scenario_text(best.values, file, comment_of(optimization, outcome)));
   const CaptureProblem written = load_scenario(file);
-  const Evaluation after = evaluate(optimization, {written, inward_normals(written)});
+  const Evaluation after = evaluate(optimization, {written, inward_normals(written)}, stop);
   const double difference = std::abs(after.score.objective - best.score.objective);
   if (!(difference <= kSame * std::abs(best.score.objective) || difference <= kSame) || !after.score.acceptable())
     throw std::runtime_error(fmt::format("{} gives {} where the search found {}", file.string(), after.score.objective,
@@ -49,21 +50,48 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
   return after;
 }
 
-OptimizationOutcome search(const Optimization& optimization, const StudyOptions& options) {
+OptimizationOutcome search(const Optimization& optimization, const StudyOptions& options, const std::stop_token& stop) {
   Progress progress(options.quiet);
   return optimize(optimization, {.threads = threads_of(options.threads),
                                  .progress = [&](const CaseProgress& at) { progress.report_points(at); },
-                                 .stop = options.stop});
+                                 .stop = stop});
+}
+
+// Writes the evaluations of a search that was stopped, and the best of them without simulating it once more.
+int keep_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder) {
+  if (outcome.evaluations.empty()) {
+    to_stderr("{}: stopped before the first evaluation was complete; nothing is written\n", optimization.file);
+    return kInterrupted;
+  }
+  write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
+  for (const char* name : {"best.yaml", "comparison.json", "report.html"})
+    fs::remove(folder / name);  // of an earlier search
+  std::string best;
+  if (outcome.best) {
+    const fs::path file = folder / "best.yaml";
+    write_file_atomically(file, optimization.scenario_text(
+                                    outcome.evaluations[*outcome.best].values, file,
+                                    comment_of(optimization, outcome) + "The search was stopped before its end.\n"));
+    best = fmt::format("; the best of them is {}", file.string());
+  }
+  to_stderr("{}: stopped: {} of {} evaluations are kept in {}{}\n", optimization.file, outcome.evaluations.size(),
+            optimization.search.evaluations, (folder / "evaluations.csv").string(), best);
+  return kInterrupted;
 }
 
 // Searches and writes. The exit code.
-int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder) {
-  const OptimizationOutcome outcome = search(optimization, options);
-  if (options.stop.stop_requested()) return kInterrupted;
+int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder,
+                     const std::stop_token& stop) {
+  const OptimizationOutcome outcome = search(optimization, options, stop);
+  if (stop.stop_requested()) return keep_stopped(optimization, outcome, folder);
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   fs::remove(folder / "best.yaml");  // of an earlier search
   std::optional<Evaluation> after;
-  if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml");
+  try {
+    if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml", stop);
+  } catch (const EvaluationStopped&) {
+    return keep_stopped(optimization, outcome, folder);
+  }
   const Evaluation* shown = after ? &*after : nullptr;
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
   const FolderReport report = write_folder_report(folder, ResultKind::optimization, options.no_report);
@@ -88,7 +116,7 @@ int optimize(const StudyOptions& options) {
     say_faults(error.faults());
     return kBadInput;
   }
-  const std::optional<fs::path> made = results_folder(options.output, options.study);
+  const std::optional<fs::path> made = results_folder(options.output, options.study, Outputs::optimization);
   if (!made) return kBadInput;
   const fs::path& folder = *made;
   if (!may_replace(folder / "best.yaml")) return kBadInput;
@@ -98,9 +126,10 @@ int optimize(const StudyOptions& options) {
     flush_stdout();
   }
   try {
-    return search_and_write(optimization, options, folder);
+    const StopSignal stop(options.stop);
+    return search_and_write(optimization, options, folder, stop.token());
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
 }

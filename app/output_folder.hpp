@@ -6,15 +6,38 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "grapnel/report/report_data.hpp"
 
 namespace grapnel::app {
 
-/// The folder for a file's results, made: `asked`, or out/ and the file's name. Empty where nothing can be written,
-/// which is said on stderr.
+/// What a command writes into its result folder.
+enum class Outputs {
+  run,
+  case_run,  // of a study or a campaign, with its scenario.yaml
+  sweep,
+  campaign,  // of a map and a merge too
+  optimization,
+  images  // files that write_figure() names; checked one by one
+};
+
+/// The folder for a file's results, made: `asked`, or out/ and the file's name. Empty, with an error on stderr, where
+/// nothing can be written or where a file that the command writes there would replace one of its inputs or something
+/// that is no file. Called once all inputs have been read and before any work.
 std::optional<std::filesystem::path> results_folder(const std::filesystem::path& asked,
-                                                    const std::filesystem::path& file);
+                                                    const std::filesystem::path& file, Outputs outputs);
+
+/// Whether files may be written at these places: none of them is an input of this command, a pipe or a device. If not,
+/// that is an error on stderr.
+bool may_write(const std::vector<std::filesystem::path>& files);
+
+/// Remembers the files of a result folder that a command reads as inputs.
+void note_results(const std::filesystem::path& folder);
+
+/// Whether the folder may take results of a scenario with this name and digest: it holds no results of another
+/// scenario, of a sweep, a campaign or an optimization. If not, that is an error on stderr.
+bool holds_no_others(const std::filesystem::path& folder, const std::string& name, const std::string& sha256);
 
 /// Whether a scenario can be written as `file` without loss: nothing is there, or something that says in its first
 /// line that Grapnel made it. If not, that is said on stderr.

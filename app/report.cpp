@@ -30,19 +30,23 @@ int report(const ReportOptions& options) {
   }
   const fs::path folder = trimmed(options.folder),
                  file = options.output.empty() ? default_file(options) : options.output;
+  for (const fs::path& read : {folder, options.second}) {
+    if (!read.empty()) note_results(read);
+  }
+  if (!may_write({file})) return kBadInput;
   ReportData data;
   try {
     data = options.second.empty() ? report_data(folder, GRAPNEL_VERSION)
                                   : comparison_data(folder, trimmed(options.second), GRAPNEL_VERSION);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
   try {
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
     write_report_file(data, file);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
   to_stdout("{}\n", file.string());
@@ -76,16 +80,19 @@ FigureRequest request_of(const FigureOptions& options) {
 
 int draw(const FigureOptions& options) {
   const fs::path image = options.output.empty() ? options.folder / "figures" / (options.what + ".pdf") : options.output;
+  note_results(options.folder);
+  const FigureFiles planned = figure_files(image);
+  if (!may_write({planned.image, planned.data, planned.script})) return kBadInput;
   const Figure figure = make_figure(request_of(options));
   const fs::path folder = image.has_parent_path() ? image.parent_path() : fs::path(".");
-  if (!results_folder(folder, image)) return kBadInput;
+  if (!results_folder(folder, image, Outputs::images)) return kBadInput;
   FigureFiles files;
   try {
     files = write_figure(figure, image);
   } catch (const std::invalid_argument&) {  // of the request
     throw;
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
   if (!files.drawn) {
@@ -111,7 +118,7 @@ int figure(const FigureOptions& options) {
     }
     return draw(options);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
 }

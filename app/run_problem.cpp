@@ -12,6 +12,7 @@
 #include "commands.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "grapnel/result/result_documents.hpp"
@@ -29,7 +30,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Where a computation ended without a result of its own.
-CaptureResult failed(const CaptureProblem& problem, const char* why) {
+CaptureResult failed(const CaptureProblem& problem, const std::string& why) {
   CaptureResult result;
   result.scenario_name = problem.name, result.scenario_sha256 = problem.sha256;
   result.status = CaptureStatus::failed;
@@ -57,7 +58,7 @@ CaptureResult simulate_run(const CaptureProblem& problem, const std::vector<std:
   } catch (const ModelError&) {
     throw;
   } catch (const std::exception& error) {
-    result = failed(problem, error.what());
+    result = failed(problem, error_text(error));
   }
   name_suspects(result, warnings);
   return result;
@@ -84,7 +85,7 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
       written.files.insert(name);
     } catch (const std::exception& error) {
       remove(name);
-      written.faults.emplace_back(error.what());
+      written.faults.emplace_back(error_text(error));
     }
   };
   write("summary.json",
@@ -116,7 +117,7 @@ constexpr double kAbandoned = 3600;
 
 // One line of stderr for each line of the message.
 int bad_input(const fs::path& file, const std::exception& error) {
-  std::string text = error.what();
+  std::string text = error_text(error);
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     to_stderr("{}: error: {}\n", file.string(), text.substr(at, end - at));
@@ -128,8 +129,7 @@ int bad_input(const fs::path& file, const std::exception& error) {
 // Long series are said before anybody waits for them.
 void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
   constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
-  const double duration = (problem.approach ? problem.approach->duration : 0.0) +
-                          (problem.post_impact ? problem.post_impact->duration : 0.0);
+  const double duration = (problem.approach ? problem.approach->duration : 0.0) + problem.post_impact.total_duration();
   if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
   const ExpectedSeries expected = expected_series(problem);
   if (expected.bytes() < kLarge) return;
@@ -145,7 +145,9 @@ void announce_series(const CaptureProblem& problem, const fs::path& file, const 
 
 // The table, which leaves why a simulation failed to stderr: it is said once.
 std::string table_of(CaptureResult& result) {
-  const std::string failure = std::exchange(result.failure, "why is said below");
+  const bool unplanned = result.failure.starts_with("planning");
+  const std::string failure =
+      std::exchange(result.failure, unplanned ? "planning the approach; why is said below" : "why is said below");
   std::string table = result_table(result);
   result.failure = failure;
   return table;
@@ -163,6 +165,8 @@ void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::
     to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
   if (result.ledger.feasibility() != Verdict::yes)
     to_stderr("{}: warning: {}\n", file.string(), feasibility_sentence(result));
+  if (const std::string ratings = ratings_sentence(result); !ratings.empty())
+    to_stderr("{}: warning: {}\n", file.string(), ratings);
 }
 
 // A completed run whose conservation checks fail: why, and what helps.
@@ -179,14 +183,17 @@ void refuse_result(const Ledger& ledger, const fs::path& file) {
 int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
                 const RunSwitches& switches) {
   remove_leftovers(folder, kAbandoned);
+  LatePluginEnds ends;  // what a plugin computed is written before its destroy() can end the program
   CaptureResult result;
   TimeSeriesFile series(folder / "timeseries.h5", {GRAPNEL_VERSION, problem.name, problem.sha256});
   try {
     if (!switches.mute) announce_series(problem, file, folder);
     Progress progress(switches.quiet);
+    SlowWarning slow(file.string(), [&](const std::string& phase) { return causes_of_short_steps(problem, phase); });
     const auto follow = [&](const std::string& phase, double at, double end) {
       if (switches.stop.stop_requested()) throw std::runtime_error("stopped");
       progress.report(phase, at, end);
+      if (!switches.mute) slow.report(phase, at, end);
     };
     result = simulate_run(problem, switches.warnings, follow, &series);
   } catch (const CaptureProblemError& error) {
@@ -206,6 +213,8 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   if (!switches.quiet) to_stdout("{}\nresults in {}: {}\n{}", table, folder.string(), written.names(), report.line);
   if (!switches.mute) warn(problem, result, file);
   for (const std::string& fault : written.faults) to_stderr("grapnel: error: {}\n", fault);
+  flush_stdout();
+  ends.finish();
   if (result.status == CaptureStatus::completed) {
     if (!switches.mute) refuse_result(result.ledger, file);
     return report.failed || !complete || !result.ledger.pass() ? kSimulationFailed : kDone;
@@ -261,13 +270,13 @@ int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::pat
   if (!may_replace(file)) return kBadInput;
   CaptureProblem problem;
   try {
-    write_file_atomically(file, campaign.scenario_text(k, file, comment_of(campaign, k)));
+    write_file_atomically(file, campaign.scenario_text(k, {}, comment_of(campaign, k)));
     problem = load_scenario(file);
   } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const std::exception& error) {
-    to_stderr("{}: error: {} {}: {}\n", campaign.file, word_of(campaign), k, error.what());
+    to_stderr("{}: error: {} {}: {}\n", campaign.file, word_of(campaign), k, error_text(error));
     return kBadInput;
   }
   if (!switches.quiet) {
@@ -289,8 +298,12 @@ int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& asked, 
   const fs::path file = campaign.file;
   const std::optional<fs::path> folder = results_folder(
       asked.empty() ? fs::path("out") / fmt::format("{}-{}-{}", file.stem().string(), word_of(campaign), k) : asked,
-      file);
-  return folder ? run_case_completely(campaign, k, *folder, switches) : kBadInput;
+      file, Outputs::case_run);
+  if (!folder) return kBadInput;
+  const StopSignal stop;
+  RunSwitches stoppable = switches;
+  stoppable.stop = stop.token();
+  return run_case_completely(campaign, k, *folder, stoppable);
 }
 
 }  // namespace grapnel::app

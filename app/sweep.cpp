@@ -1,11 +1,14 @@
+#include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <string_view>
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/json_document.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
@@ -32,6 +35,8 @@ class PartialTable {
     flushed_ = now;
     file_.flush();
   }
+  void flush() { file_.flush(); }
+  const fs::path& path() const { return path_; }
   // The complete table is there.
   void remove() {
     file_.close();
@@ -47,19 +52,49 @@ class PartialTable {
 };
 
 std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& options, const fs::path& folder,
-                                   PartialTable& partial) {
+                                   PartialTable& partial, const std::stop_token& stop) {
   Progress progress(options.quiet);
   const std::vector<CaseRow> rows = run_sweep(study,
                                               {.threads = threads_of(options.threads),
                                                .progress = [&](const CaseProgress& at) { progress.report_points(at); },
-                                               .stop = options.stop},
+                                               .stop = stop},
                                               [&](const CaseRow& row) { partial.add(row); });
-  if (options.stop.stop_requested()) return rows;
+  if (stop.stop_requested()) return rows;
   write_campaign_tables(folder, study, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
     for (const CaseRow& row : rows) take(row);
   });
   write_file_atomically(folder / "study.json", sweep_json(study, rows, GRAPNEL_VERSION));
+  // Beside the results, which are the same wherever they are.
+  write_file_atomically(folder / "source.json", json_text({{"schema", "grapnel-study-source/1"},
+                                                           {"file_folder", folder_seen_from(folder, study.file)}}));
   return rows;
+}
+
+// Points that completed may still be bad: columns that judge them, by what.
+void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, const fs::path& file) {
+  struct Verdict {
+    std::string_view column;
+    bool (*against)(double value);
+    const char* words;
+  };
+  static constexpr auto is_no = [](double value) { return value == 0; };
+  static constexpr Verdict kVerdicts[] = {
+      {"ledger/feasible", is_no, "are not feasible"},
+      {"worst_margin", [](double margin) { return margin < -1e-9; }, "exceed a rating"},
+      {"stable", is_no, "have unstable control"},
+      {"rest/at_rest", is_no, "do not come to rest"}};
+  for (const Verdict& verdict : kVerdicts) {
+    const auto column = std::find_if(study.columns.begin(), study.columns.end(),
+                                     [&](const Column& c) { return c.name == verdict.column; });
+    if (column == study.columns.end()) continue;
+    const auto k = static_cast<std::size_t>(column - study.columns.begin());
+    const auto count = std::count_if(rows.begin(), rows.end(), [&](const CaseRow& row) {
+      return row.status == CaseStatus::ok && k < row.values.size() && verdict.against(row.values[k]);
+    });
+    if (count > 0)
+      to_stderr("{}: warning: {} of {} points {}, see {} in table.csv\n", file.string(), count, rows.size(),
+                verdict.words, verdict.column);
+  }
 }
 
 }  // namespace
@@ -75,7 +110,7 @@ int sweep(const StudyOptions& options) {
     return kBadInput;
   }
   if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});
-  const std::optional<fs::path> made = results_folder(options.output, options.study);
+  const std::optional<fs::path> made = results_folder(options.output, options.study, Outputs::sweep);
   if (!made) return kBadInput;
   const fs::path& folder = *made;
   if (!options.quiet) {
@@ -85,18 +120,25 @@ int sweep(const StudyOptions& options) {
   }
   PartialTable partial(folder / "table.partial.csv", study);
   std::vector<CaseRow> rows;
+  const StopSignal stop(options.stop);
   try {
-    rows = run_and_write(study, options, folder, partial);
+    rows = run_and_write(study, options, folder, partial, stop.token());
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error_text(error));
     return kSimulationFailed;
   }
-  if (options.stop.stop_requested()) return kInterrupted;
+  if (stop.poll()) {
+    partial.flush();
+    to_stderr("{}: stopped: {} of {} points are kept in {}\n", options.study.string(), rows.size(), study.total(),
+              partial.path().string());
+    return kInterrupted;
+  }
   partial.remove();
   const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)
     to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows), folder.string(),
               report.line);
+  warn_of_verdicts(study, rows, options.study);
   const std::size_t ok = count_of(rows, CaseStatus::ok);
   if (ok == rows.size()) return report.failed ? kSimulationFailed : kDone;
   to_stderr("{}: warning: {} of {} points are not ok, see status and reason in table.csv\n", options.study.string(),

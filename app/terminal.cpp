@@ -7,19 +7,26 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <ctime>
+#include <filesystem>
 #include <initializer_list>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "commands.hpp"
 #include "grapnel/campaign/statistics.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "plugin_supervisor.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -112,6 +119,16 @@ std::string KeptMessages::lines() const {
   return *kept;
 }
 
+std::string error_text(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+      dynamic_cast<const std::length_error*>(&error) != nullptr)
+    return "there is not enough memory";
+  const auto* const file = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
+  if (file == nullptr) return error.what();
+  const std::string second = file->path2().empty() ? "" : fmt::format(" and '{}'", file->path2().string());
+  return fmt::format("cannot use '{}'{}: {}", file->path1().string(), second, file->code().message());
+}
+
 void say_faults(const std::vector<Fault>& faults) {
   std::string lines;
   for (const Fault& fault : faults) lines += fault.text() + "\n";
@@ -168,6 +185,45 @@ void Progress::report_campaign(const CaseProgress& at) {
        now);
 }
 
+namespace {
+constexpr double kSlow = 20;  // [s]
+}  // namespace
+
+SlowWarning::SlowWarning(std::string file, std::function<std::string(const std::string& phase)> causes)
+    : file_(std::move(file)), causes_(std::move(causes)), begin_(Clock::now()), next_(kSlow) {}
+
+void SlowWarning::report(const std::string& phase, double at, double end) {
+  const Clock::time_point now = Clock::now();
+  if (phase != phase_) {
+    phase_ = phase;
+    first_ = at;
+    begin_ = now;
+    next_ = kSlow;
+  }
+  const double elapsed = std::chrono::duration<double>(now - begin_).count();
+  if (elapsed < next_) return;
+  next_ = 2 * elapsed;
+  const double rate = (at - first_) / elapsed, left = rate > 0 ? (end - at) / rate : HUGE_VAL;
+  if (left < elapsed) return;
+  if (phase == kPlanning && !(end > 0)) {
+    to_stderr("{}: warning: slow: the targets' motion before the capture has taken {:.0f} s so far; {}\n", file_,
+              elapsed, causes_(phase));
+    return;
+  }
+  if (phase == kPlanning) {
+    to_stderr(
+        "{}: warning: slow: planning has made {:.3g} evaluations in {:.0f} s, and gives up at {:.3g}, about {:.0f} s "
+        "from now; fewer starts, knots and constraints of approach.plan make it shorter\n",
+        file_, at, elapsed, end, left);
+    return;
+  }
+  const std::string time = left < 1e6 ? fmt::format("about {:.0f} s left", left) : "no end in sight";
+  to_stderr(
+      "{}: warning: slow: {} is at t = {:.4g} of {:.4g} s after {:.0f} s, {:.2g} simulated s per s, {}; what "
+      "shortens steps, most likely first: {}\n",
+      file_, phase, at, end, elapsed, rate, time, causes_(phase));
+}
+
 bool Progress::is_due(Clock::time_point now) const {
   return std::chrono::duration<double>(now - last_).count() >= (terminal_ ? kTerminalInterval : kPlainInterval);
 }
@@ -177,8 +233,27 @@ void Progress::show(const std::string& text, Clock::time_point now) {
   show_progress(text);
 }
 
+namespace {
+
+// Of a command that has nothing to keep.
+extern "C" void end_at_once(int) {
+  note_end(kInterrupted);
+  ::_exit(kInterrupted);
+}
+
+}  // namespace
+
 void prepare_process() {
   std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    sigaction(signal, nullptr, &action);
+    if (action.sa_handler == SIG_IGN) continue;  // nohup
+    sigemptyset(&action.sa_mask);
+    action.sa_handler = end_at_once;
+    action.sa_flags = 0;
+    sigaction(signal, &action, nullptr);
+  }
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
     // The lowest free number is this one. A stdout that cannot be written to stays one: that is no success.
@@ -198,10 +273,27 @@ namespace {
 constexpr char kRequest = 'r', kEnd = 'e';
 
 std::atomic<int> handler_end{-1};  // of the pipe
+// When a signal came first since the StopSignal was made [ns of the monotonic clock]; 0: not yet.
+std::array<std::atomic<std::int64_t>, 32> came;
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+
+std::int64_t monotonic_time() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
+}
 static_assert(std::atomic<int>::is_always_lock_free);
 
-// Nothing but write(2), which a handler may call.
-extern "C" void pass_on(int) {
+// Nothing but what a handler may call. The second signal of a kind ends the program, but not one of the same moment:
+// timeout(1) sends its signal to the process and to its group.
+extern "C" void pass_on(int signal) {
+  constexpr std::int64_t kSameMoment = 300'000'000;  // [ns]
+  const std::int64_t now = monotonic_time();
+  std::int64_t first = 0;
+  if (!came[static_cast<std::size_t>(signal)].compare_exchange_strong(first, now)) {
+    if (now - first > kSameMoment) end_at_once(signal);
+    return;
+  }
   const int before = errno;
   const char request = kRequest;
   [[maybe_unused]] const ssize_t written = ::write(handler_end, &request, 1);
@@ -214,6 +306,7 @@ StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
   if (instead_.stop_possible()) return;
   if (::pipe2(pipe_.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   handler_end = pipe_[1];
+  for (std::atomic<std::int64_t>& one : came) one = 0;
   // The thread is to get none of these signals, so that they end no system call of its own.
   sigset_t mine, all;
   sigfillset(&all);
@@ -232,7 +325,7 @@ StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
     struct sigaction action {};
     sigemptyset(&action.sa_mask);
     action.sa_handler = pass_on;
-    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+    action.sa_flags = SA_RESTART;
     sigaction(kSignals[i], &action, nullptr);
   }
 }

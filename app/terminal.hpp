@@ -9,6 +9,8 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <exception>
+#include <functional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -32,6 +34,9 @@ void flush_stdout();
 void show_progress(std::string_view line);
 void erase_progress();
 bool stderr_is_terminal();
+
+/// What an exception says, as a sentence: those of the standard library name their C++ functions.
+std::string error_text(const std::exception& error);
 
 /// Faults of input files on stderr, one a line.
 void say_faults(const std::vector<Fault>& faults);
@@ -81,6 +86,24 @@ class Progress {
   Clock::time_point phase_start_;
   Clock::time_point last_;   // when something was shown
   Clock::time_point begin_;  // of everything
+};
+
+/// Says once in a while that a long phase is slow and why, on stderr, also where progress is not shown: first after 20
+/// s of a phase that would take as long again, then whenever the time has doubled.
+class SlowWarning {
+ public:
+  /// `causes` of a phase: what makes it slow.
+  SlowWarning(std::string file, std::function<std::string(const std::string& phase)> causes);
+  void report(const std::string& phase, double at, double end);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string file_;
+  std::function<std::string(const std::string&)> causes_;
+  std::string phase_;
+  double first_ = 0;
+  Clock::time_point begin_;
+  double next_ = 0;  // [s]
 };
 
 /// A file that grows beyond what is allowed (ulimit -f) is an error of writing, not the program's end; and where

@@ -55,6 +55,7 @@ template <class Value>
 Status2 get(Component c, const char* name, VariableType type, const Reference* references, std::size_t count,
             Value* values) {
   return call(c, name, kAnywhere, [&](PlantInstance& instance) {
+    check_arrays(references, values, count);
     for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<Value>(instance.get(type, references[i]));
   });
 }
@@ -63,6 +64,7 @@ template <class Value>
 Status2 set(Component c, const char* name, VariableType type, const Reference* references, std::size_t count,
             const Value* values) {
   return call(c, name, kBeforeEnd, [&](PlantInstance& instance) {
+    check_arrays(references, values, count);
     for (std::size_t i = 0; i < count; ++i) instance.set(type, references[i], static_cast<double>(values[i]));
   });
 }
@@ -183,7 +185,10 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealOutputDerivatives(Component c, const Ref
 
 GRAPNEL_FMI_FUNCTION Status2 fmi2DoStep(Component c, double time, double size, Boolean2) {
   if (!plant(c)) return static_cast<Status2>(Status::error);
-  const Status2 status = call(c, "fmi2DoStep", {Mode::stepping}, [&](PlantInstance& p) { p.step(time, size); });
+  const Status2 status = call(c, "fmi2DoStep", {Mode::stepping}, [&](PlantInstance& p) {
+    // In 2.0 discard means that a part of the step was computed, which a master may repeat with shorter steps for ever.
+    p.step(time, size, Status::error);
+  });
   at(c)->step_discarded = status == static_cast<Status2>(Status::discard);
   return status;
 }
@@ -200,6 +205,7 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealStatus(Component c, int kind, double* va
   constexpr int kLastSuccessfulTime = 2;
   return call(c, "fmi2GetRealStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
     if (kind != kLastSuccessfulTime) throw Refused(Status::error, "there is no such status");
+    check_arrays(value, value, 1);
     *value = p.time();
   });
 }
@@ -207,6 +213,7 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetBooleanStatus(Component c, int kind, Boolean
   constexpr int kTerminated = 3;
   return call(c, "fmi2GetBooleanStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
     if (kind != kTerminated) throw Refused(Status::error, "there is no such status");
+    check_arrays(value, value, 1);
     *value = at(c)->step_discarded && p.has_ended() ? 1 : 0;
   });
 }

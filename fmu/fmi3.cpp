@@ -48,6 +48,7 @@ Status3 get(Instance instance, const char* name, VariableType type, const Refere
             Value* values, std::size_t value_count) {
   return call(instance, name, kAnywhere, [&](PlantInstance& own) {
     check_counts(count, value_count);
+    check_arrays(references, values, count);
     for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<Value>(own.get(type, references[i]));
   });
 }
@@ -57,6 +58,7 @@ Status3 set(Instance instance, const char* name, VariableType type, const Refere
             const Value* values, std::size_t value_count) {
   return call(instance, name, kBeforeEnd, [&](PlantInstance& own) {
     check_counts(count, value_count);
+    check_arrays(references, values, count);
     for (std::size_t i = 0; i < count; ++i) own.set(type, references[i], static_cast<double>(values[i]));
   });
 }
@@ -138,7 +140,7 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3DoStep(Instance instance, double time, double s
   PlantInstance& own = *plant(instance);
   if (event_needed) *event_needed = false;
   if (early_return) *early_return = false;
-  const Status status = own.call("fmi3DoStep", {Mode::stepping}, [&] { own.step(time, size); });
+  const Status status = own.call("fmi3DoStep", {Mode::stepping}, [&] { own.step(time, size, Status::discard); });
   if (terminate) *terminate = own.has_ended();
   if (reached) *reached = own.time();
   return static_cast<Status3>(status);

@@ -192,14 +192,14 @@ void PlantInstance::exit_initialization() {
 
 double PlantInstance::time() const { return start_ + last_time_; }
 
-bool PlantInstance::step(double time, double size) {
+bool PlantInstance::step(double time, double size, Status no_multiple) {
   const double period = parts_->run->period(), same = kSame * period;
   if (!(std::abs(time - this->time()) <= same + 1e-12 * std::abs(time)))
     throw Refused(Status::error, fmt::format("the communication point is {} [s], expected is {}", time, this->time()));
   const double periods = size / period;
   if (!(periods >= 1 - kSame) || !(std::abs(periods - std::round(periods)) <= kSame * std::max(1.0, periods)))
     throw Refused(
-        Status::discard,
+        no_multiple,
         fmt::format("the communication step is {} [s], must be a multiple of the control period, {}", size, period));
   if (parts_->run->has_ended())
     throw Refused(Status::discard, fmt::format("the run has ended at t = {} [s]", this->time()));

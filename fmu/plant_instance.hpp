@@ -4,6 +4,7 @@
 /// An instance of an exported plant: what both versions of FMI do with it. The functions of the standards are in
 /// fmi2.cpp and fmi3.cpp and only translate.
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -27,6 +28,12 @@ struct Refused : std::runtime_error {
   Refused(Status the_status, const std::string& why) : std::runtime_error(why), status(the_status) {}
   Status status;
 };
+
+/// The arrays of a function that gets or sets `count` values. @throws Refused where one of them is missing.
+inline void check_arrays(const void* references, const void* values, std::size_t count) {
+  if (count > 0 && (!references || !values))
+    throw Refused(Status::error, "an array is a null pointer, expected are value references and values");
+}
 
 /// Thread safety: one thread at a time; different instances are independent of each other.
 class PlantInstance {
@@ -68,8 +75,9 @@ class PlantInstance {
   bool has_start() const { return has_start_; }
   void enter_initialization();
   void exit_initialization();
-  /// From `time` on. Whether the run has ended since.
-  bool step(double time, double size);
+  /// From `time` on. Whether the run has ended since. A step that is no multiple of the period is refused with the
+  /// status `no_multiple`; nothing has changed then.
+  bool step(double time, double size, Status no_multiple);
   void terminate();
   void reset();
 

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "grapnel/approach/approach_planner.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
+#include "grapnel/plan/way_look.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/plan_objectives.hpp"
 
@@ -163,9 +165,59 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
           "be looked at: shapes ('geometry') of the robot's links and of the targets are missing, or "
           "clearance.ignore leaves all pairs out");
     }
+    check_start_clearance(reach);
   }
   if (weight_in(plan, PlanSetup::Objective::impulse) > 0 || weight_in(plan, PlanSetup::Objective::impulse_index) > 0)
     way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
+}
+
+void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
+  if (!reach.way.clearance) return;
+  constexpr double kRounding = 1e-6;  // [m]; plans keep the clearance to it
+  constexpr std::size_t kNamed = 3;   // pairs
+  PlacedLinks links;
+  base_.place(position_, links);
+  PathSegment::WayPoint start;
+  start.time = time_, start.position = position_, start.rate = rate_, start.X_WB = X_WB_, start.placed = &links;
+  start.acceleration.assign(position_.size(), 0.0);
+  WayLook look(base_, reach);
+  std::vector<WayLook::Found> found = look.scan(
+      1, [&](int) { return start; }, 0, -std::numeric_limits<double>::infinity(), nullptr);
+  std::erase_if(found,
+                [](const WayLook::Found& f) { return f.at.kept != WayLook::Kept::clearance || f.value <= kRounding; });
+  if (found.empty()) return;
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
+  const WayBodies& bodies = *reach.way.bodies;
+  std::set<std::pair<int, int>> seen;  // bodies, which may have several shapes
+  std::erase_if(found, [&](const WayLook::Found& f) {
+    const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
+    return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
+  });
+  const double asked = *reach.way.clearance, nearest = asked - found.front().value;
+  std::string pairs;
+  for (std::size_t i = 0; i < std::min(kNamed, found.size()); ++i) {
+    const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(found[i].at.index)];
+    const double distance = asked - found[i].value;
+    pairs += fmt::format(
+        "{}'{}' and '{}' {}", pairs.empty() ? "" : ", ", bodies.names[pair.body_a], bodies.names[pair.body_b],
+        distance < 0 ? fmt::format("overlap by {:.4g} m", -distance) : fmt::format("are {:.4g} m apart", distance));
+  }
+  if (found.size() > kNamed) pairs += fmt::format(", and {} more pairs", found.size() - kNamed);
+  if (begin_ > 0 && nearest > 0) {
+    constexpr double kRoom = 0.99;
+    reach.way.clearance = kRoom * nearest;
+    plan_.warnings.push_back(fmt::format(
+        "approach: planned again at t = {:.4g} s, where {}: the rest keeps {:.4g} m instead of the {:.4g} m of "
+        "approach.plan.clearance",
+        time_, pairs, *reach.way.clearance, asked));
+    return;
+  }
+  throw Unplannable(fmt::format(
+      "planning the approach: where the segment begins, at t = {:.4g} s, {}; {:.4g} m is to be kept at all times "
+      "(approach.plan.clearance), and no motion changes the start: {}, set a smaller clearance, or add the pair to "
+      "clearance.ignore",
+      time_, pairs, asked,
+      time_ == 0 ? "change initial.joints or initial.base" : "change the waypoint at which the segment begins"));
 }
 
 void ApproachPlanner::set_wheels(WaySetup& way) {
@@ -216,11 +268,18 @@ void ApproachPlanner::refuse_turning(const PlanSetup& plan) {
 ReachSolution ApproachPlanner::solve(const ReachProblem& reach, const std::string& what) {
   const ReachSolution solution = plan_reach(base_, reach);
   plan_.report.rhs_evaluations += solution.rhs_evaluations;
-  if (!solution.found) {
-    report(reach, solution);
-    throw Unplannable(fmt::format("planning the approach{}: {}", what, solution.failure));
-  }
+  if (!solution.found) refuse_unreachable(reach, solution, what);
   return solution;
+}
+
+void ApproachPlanner::refuse_unreachable(const ReachProblem& reach, const ReachSolution& solution,
+                                         const std::string& what) {
+  constexpr double kMissed = 1e-5;  // [m]
+  const bool misses =
+      std::any_of(solution.miss.begin(), solution.miss.end(), [](const GoalMiss& m) { return m.distance > kMissed; });
+  const std::string base = misses ? explain_base(reach) : "";  // before the report takes the joints elsewhere
+  report(reach, solution);
+  throw Unplannable(fmt::format("planning the approach{}: {}{}", what, solution.failure, base));
 }
 
 void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& solution) {
@@ -286,7 +345,7 @@ void ApproachPlanner::pass(const Waypoint& w) {
   }
   const ReachProblem reach = reach_to(w.time, std::move(goals), RateDemand::linear);
   const std::string what = fmt::format(", waypoint at t = {:.6g} s", w.time);
-  ReachSolution s = solve(reach, what);
+  ReachSolution s = solve_where_loads_lead(reach, what);
   if (disturbed()) s = allow_for_disturbance(reach, s, what);
   advance(w.time, s.position, s.rate);
 }
@@ -308,7 +367,7 @@ void ApproachPlanner::final_segment(double end) {
   int knots = 0;
   if (approach_.plan) {
     set_search(reach);
-    ReachSolution s = solve(reach, "");
+    ReachSolution s = solve_where_loads_lead(reach, "");
     if (s.approximate) warn_of_approximation(reach, s);
     if (disturbed() && !s.approximate) s = allow_for_disturbance(reach, s, "");
     report(reach, s);

@@ -80,9 +80,29 @@ class ApproachPlanner {
   void set_search(ReachProblem& reach);
   void set_wheels(WaySetup& way);
 
+  // Bodies nearer to each other than approach.plan.clearance where the segment begins, where no motion can part them.
+  // The rest of an approach that is planned again goes on with the clearance that there is.
+  void check_start_clearance(ReachProblem& reach);
+
   // What makes no sense of a base that is planned for as one that keeps its attitude.
   static void refuse_turning(const PlanSetup& plan);
   ReachSolution solve(const ReachProblem& reach, const std::string& what);
+  [[noreturn]] void refuse_unreachable(const ReachProblem& reach, const ReachSolution& solution,
+                                       const std::string& what);
+  /// The same where a flight corrects the solution afterwards: goals out of the reach of a base that momentum alone
+  /// moves are searched for from where loads and an orbit's field bring it.
+  ReachSolution solve_where_loads_lead(const ReachProblem& reach, const std::string& what);
+
+  // What loads and an orbit's field do to the servicer until the segment's end, its joints kept where they are: its
+  // base by momentum alone, and with them.
+  struct Drift {
+    Posed X_WB_free = Posed::identity(), X_WB = Posed::identity();
+    Twistd V_WB_free = Twistd::zero(), V_WB = Twistd::zero();  // at the base's origin, in W
+    double distance() const { return norm(X_WB.p - X_WB_free.p); }
+    double turn() const { return rotation_angle(transpose(X_WB_free.R) * X_WB.R); }
+  };
+  std::optional<Drift> drift(const ReachProblem& reach);
+  std::string explain_base(const ReachProblem& reach);
   void report(const ReachProblem& reach, const ReachSolution& solution);
   PlannedWay planned_way(const ReachProblem& reach, const ReachSolution& solution) const;
 

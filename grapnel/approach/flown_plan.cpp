@@ -97,6 +97,73 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
   return outcome.end_state;
 }
 
+std::optional<ApproachPlanner::Drift> ApproachPlanner::drift(const ReachProblem& reach) {
+  if (!base_.floats() || !(loaded() || problem_.orbit)) return {};
+  const std::vector<double> at_rest(position_.size(), 0.0);
+  const State end = without_inner_motion(flown_, fly_disturbed(reach, position_, at_rest, {}), servicer_);
+  Drift d;
+  d.X_WB = root_pose(servicer_.model, end, servicer_.base);
+  d.V_WB = root_twist(servicer_.model, end, servicer_.base);
+  PathSegment segment(base_, reach.start, motion_);
+  const SegmentEnd free = segment.fly(position_, at_rest, false);
+  plan_.report.rhs_evaluations += segment.rhs_evaluations();
+  if (!free.finished) return {};
+  d.X_WB_free = free.X_WB;
+  base_.place(position_);
+  base_.move(at_rest, motion_.in_base(reach.start.end, free.X_WB));
+  d.V_WB_free = free.X_WB.R * twist_from(base_.base_twist());
+  return d;
+}
+
+std::string ApproachPlanner::explain_base(const ReachProblem& reach) {
+  constexpr double kWorthMention = 1e-3;  // [m and rad]
+  if (!base_.floats()) return {};
+  const double span = reach.start.end - time_;
+  const std::string by_momentum = fmt::format(
+      "; a plan moves joints, and the base only by their reactions: the servicer's initial momentum moves its "
+      "centre of mass by {:.4g} m in the {:.6g} s of this segment",
+      norm(motion_.com_at(reach.start.end) - motion_.com_at(time_)), span);
+  std::optional<Drift> d;
+  try {
+    d = drift(reach);
+  } catch (const std::runtime_error&) {
+    return by_momentum;  // the flight failed: nothing is known of it
+  }
+  if (!d || (d->distance() < kWorthMention && d->turn() < kWorthMention)) return by_momentum;
+  const Vector3d moved = d->X_WB.p - d->X_WB_free.p;
+  return by_momentum +
+         fmt::format(
+             "; {} the base by {:.4g} m ([{:.4g}, {:.4g}, {:.4g}]) and {:.4g} rad beside, with the joints kept "
+             "where they are",
+             loaded() && problem_.orbit ? "loads and the orbit's field move"
+             : loaded()                 ? "loads (external_wrenches) move"
+                                        : "the orbit's field moves",
+             d->distance(), moved[0], moved[1], moved[2], d->turn());
+}
+
+ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach, const std::string& what) {
+  constexpr double kFar = 1e-2;  // [m and rad]; a nearer base is found by corrections
+  ReachSolution plain = plan_reach(base_, reach);
+  plan_.report.rhs_evaluations += plain.rhs_evaluations;
+  if (plain.found) return plain;
+  std::optional<Drift> d;
+  if (!asks_of_way(reach)) d = drift(reach);
+  if (!d || (d->distance() < kFar && d->turn() < kFar)) refuse_unreachable(reach, plain, what);
+  // Goals as a base sees them that has not drifted.
+  ReachProblem seen = reach;
+  const Posed X = d->X_WB_free * inverse(d->X_WB);
+  for (Goal& g : seen.goals) {
+    const Twistd carried = shift(d->V_WB, g.X_WG.p - d->X_WB.p);
+    g.X_WG = X * g.X_WG;
+    g.V_WG = X.R * (g.V_WG - carried) + shift(d->V_WB_free, g.X_WG.p - d->X_WB_free.p);
+    g.direction_W = X.R * g.direction_W;
+  }
+  ReachSolution led = plan_reach(base_, seen);
+  plan_.report.rhs_evaluations += led.rhs_evaluations;
+  if (!led.found || led.approximate) refuse_unreachable(reach, plain, what);
+  return led;
+}
+
 std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::vector<double>& position,
                                           const std::vector<double>& rate, const Spline& spline) {
   if (!base_.floats()) return {};

@@ -167,7 +167,7 @@ JointControl control_of(PostImpactSetup::Joints joints) {
 
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
-  const std::optional<PostImpactSetup>& post = problem.post_impact;
+  const MotionPhases& post = problem.post_impact;
   const std::optional<BaseControlSetup>& base =
       control.approaching ? problem.approach->base_control : post->base_control;
   PhaseSetup setup = common_setup(problem, system, base, start);

@@ -53,56 +53,70 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
   }
 }
 
+// What moves as one with a grasp's end-effector, and other pieces of those links.
+std::vector<int> hand_of(const CaptureSystem& system, const GraspSetup& grasp) {
+  const Model& model = system.model;
+  std::vector<int> bodies;
+  for (int body : tied_to(model, model.frames()[model.frame_index(grasp.end_effector)].body)) {
+    for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description))) bodies.push_back(piece);
+  }
+  return bodies;
+}
+
 }  // namespace
 
-ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system, bool hands_too) {
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
+                                    const std::vector<bool>& checked) {
   const Model& model = system.model;
-  std::vector<BodyShape> shapes;
   if (!problem.clearance.enabled) return {};
-  std::optional<RobotSetup> made;
-  const RobotSetup& robot = modelled_robot(problem.robot, !system.elastic_joints.empty(), made);
-  for (const auto& [body, geometry] : robot.geometry) shapes.push_back({model.body_index(body), geometry});
-  for (const TargetSetup& t : problem.targets) {
-    const int body = model.body_index(target_body_name(t.name));
-    for (Geometry geometry : t.geometry) {
-      if (geometry.shape == Geometry::Shape::none) continue;
-      geometry.X_BG = own_frame(model, body) * geometry.X_BG;
-      shapes.push_back({body, std::move(geometry)});
-    }
-  }
+  std::vector<BodyShape> shapes;
+  for (PlacedShape& shape : shapes_in_model(problem, system)) shapes.push_back({shape.body, std::move(shape.geometry)});
   std::vector<std::pair<int, int>> ignored;
-  for (const TargetSetup& t : problem.targets) {
-    for (const auto& [name, geometry] : target_bodies(t).geometry) shapes.push_back({model.body_index(name), geometry});
-    // A target's own parts are not watched against each other.
-    std::vector<int> parts;
-    for (int i = 0; i < static_cast<int>(model.bodies().size()) && !t.panels.empty(); ++i) {
-      if (belongs_to_target(model.bodies()[i].description.name, t.name)) parts.push_back(i);
-    }
+  std::vector<int> targets;
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    targets.push_back(target_body_index(system, t));
+    const std::vector<int> parts = bodies_of_target(system, t);
     for (int a : parts) {
       for (int b : parts) {
         if (a < b) ignored.emplace_back(a, b);
       }
     }
   }
-  if (!system.elastic_joints.empty()) ignore_neighbours(problem, robot, model, ignored);
+  if (!system.elastic_joints.empty()) {
+    std::optional<RobotSetup> made;
+    ignore_neighbours(problem, modelled_robot(problem.robot, true, made), model, ignored);
+  }
   for (const auto& [a, b] : problem.clearance.ignore) {
     for (int piece_a : pieces_of(model, a)) {
       for (int piece_b : pieces_of(model, b)) ignored.emplace_back(piece_a, piece_b);
     }
   }
-  for (const GraspSetup& g : problem.grasps) {
-    if (hands_too) break;
-    const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
-    const int target = model.body_index(target_body_name(g.target));
-    for (int body : tied_to(model, end_effector)) {
-      for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description)))
-        ignored.emplace_back(piece, target);
-    }
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+    const GraspSetup& g = problem.grasps[i];
+    if (!checked.empty() && checked[i]) continue;
+    for (int body : hand_of(system, g)) ignored.emplace_back(body, targets[target_index(problem, g.target)]);
   }
   // A target that is caught is a child of the grasping link, and still may touch that link alone.
-  std::vector<int> targets;
-  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
   return ClearanceModel(model, std::move(shapes), ignored, targets);
+}
+
+std::vector<int> hand_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
+                            const std::vector<bool>& checked) {
+  std::vector<int> pairs;
+  for (std::size_t i = 0; i < checked.size(); ++i) {
+    if (!checked[i]) continue;
+    const std::vector<int> hand = hand_of(system, problem.grasps[i]);
+    const int target = target_body_index(system, target_index(problem, problem.grasps[i].target));
+    const auto is_hand = [&](int body) { return std::find(hand.begin(), hand.end(), body) != hand.end(); };
+    for (std::size_t p = 0; p < model.pairs().size(); ++p) {
+      const ClearancePair& pair = model.pairs()[p];
+      if ((is_hand(pair.body_a) && pair.body_b == target) || (is_hand(pair.body_b) && pair.body_a == target))
+        pairs.push_back(static_cast<int>(p));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
 }
 
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
@@ -152,25 +166,31 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const 
   const CaptureSystem system = make_capture_system(problem);
   const Model& model = system.model;
   auto bodies = std::make_shared<WayBodies>();
-  bodies->model = make_clearance_model(problem, system, true);
-  std::vector<int> targets;  // bodies
-  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
+  bodies->model = make_clearance_model(problem, system, std::vector<bool>(problem.grasps.size(), true));
+  // Targets move as planned, with their panels at rest on them.
+  struct Placed {
+    std::size_t body, target;
+    Posed X_TB;
+  };
+  std::vector<Placed> placed;
+  const Kinematics at_rest = forward_kinematics(model, initial_servicer_state(problem, system));
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
-    const std::string& name = model.bodies()[b].description.name;
-    bodies->names.push_back(shown_name(name));
+    bodies->names.push_back(shown_name(model.bodies()[b].description.name));
     bodies->link.push_back(-1), bodies->X_LB.push_back(Posed::identity());
-    const bool is_target = std::find(targets.begin(), targets.end(), static_cast<int>(b)) != targets.end();
-    if (is_target || is_inside_base(name)) continue;
-    const BodyPlacement& placement = servicer.model.bodies()[servicer.model.body_index(name)].placement;
+    const BodyAddress& address = system.addresses[b];
+    if (address.owner == BodyAddress::Owner::target) {
+      const Posed X_WT = frame_pose(model, at_rest, system.target_frames[address.target]);
+      placed.push_back({b, address.target, inverse(X_WT) * at_rest.X_WB[b]});
+    }
+    if (address.owner != BodyAddress::Owner::robot) continue;
+    const BodyPlacement& placement = servicer.model.bodies()[body_at(servicer, address)].placement;
     bodies->link.back() = placement.link, bodies->X_LB.back() = placement.X_LB;
   }
-  // A target's shapes are given in its own frame, as its motion is.
-  std::vector<Posed> X_TB;
-  for (int body : targets) X_TB.push_back(inverse(own_frame(model, body)));
-  bodies->place_others = [targets, X_TB, target_at = std::move(target_at)](double time, std::vector<Posed>& X_WB) {
-    for (std::size_t t = 0; t < targets.size(); ++t) {
-      X_WB[static_cast<std::size_t>(targets[t])] = target_at(t, time).X_WT * X_TB[t];
-    }
+  bodies->place_others = [placed, targets = problem.targets.size(), target_at = std::move(target_at)](
+                             double time, std::vector<Posed>& X_WB) {
+    std::vector<Posed> X_WT;
+    for (std::size_t t = 0; t < targets; ++t) X_WT.push_back(target_at(t, time).X_WT);
+    for (const Placed& each : placed) X_WB[each.body] = X_WT[each.target] * each.X_TB;
   };
   bodies->hand.assign(bodies->model.pairs().size(), -1);
   for (const GraspSetup& g : problem.grasps) {
@@ -178,7 +198,7 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& stated, const 
     const std::vector<int> hand = tied_to(model, frame.body);
     WayBodies::Hand h;
     h.frame = servicer.model.frame_index(g.end_effector);
-    h.target = targets[target_index(problem, g.target)];
+    h.target = target_body_index(system, target_index(problem, g.target));
     h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;
     double reach = 0;  // of the hand's shapes from the end-effector
     for (std::size_t s = 0; s < bodies->model.shapes().size(); ++s) {

@@ -15,9 +15,13 @@ namespace grapnel {
 std::string shown_name(const std::string& name);
 /// Bodies that a fixed joint ties to this one.
 std::vector<int> tied_to(const Model& model, int body);
-/// What CaptureProblem::clearance watches in a model of the problem, captured targets included; `hands_too`:
-/// end-effectors against their own targets as well.
-ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system, bool hands_too = false);
+/// What CaptureProblem::clearance watches in a model of the problem, captured targets included. `checked`: per grasp,
+/// whether its end-effector is checked against its target as well; empty: none is.
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
+                                    const std::vector<bool>& checked = {});
+/// The pairs of such a model that are the end-effector and the target of a checked grasp.
+std::vector<int> hand_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
+                            const std::vector<bool>& checked);
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);

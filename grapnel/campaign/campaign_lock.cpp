@@ -224,11 +224,17 @@ void expect_gone(const fs::path& folder, const LockFile& file, bool system_gave)
                      age, gone - age, file.path().string()));
 }
 
+// "lock.task-3-of-8", "lock.rank-2": not what a user calls lock.yaml.
+bool is_writers(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.starts_with("lock.task-") || name.starts_with("lock.rank-");
+}
+
 // Some other writer with a name that lives, for a message.
 std::optional<Holder> some_writer(const fs::path& folder) {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
-    if (!entry.path().filename().string().starts_with("lock.")) continue;
+    if (!is_writers(entry.path())) continue;
     std::ifstream file(entry.path());
     std::ostringstream text;
     text << file.rdbuf();
@@ -242,7 +248,7 @@ std::optional<Holder> some_writer(const fs::path& folder) {
 void remove_writers(const fs::path& folder) {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none))
-    if (entry.path().filename().string().starts_with("lock.")) fs::remove(entry.path(), none);
+    if (is_writers(entry.path())) fs::remove(entry.path(), none);
 }
 
 }  // namespace

@@ -80,6 +80,7 @@ Json document_of(const Manifest& manifest) {
             {"worst", c.series.worst},
             {"worst_by", c.series.worst_by}}},
           {"file", c.file},
+          {"file_folder", manifest.file_folder},
           {"text", c.text}};
 }
 
@@ -148,6 +149,7 @@ Manifest manifest_from(const Json& document) {
   c.series.worst = document.at("series").at("worst").get<std::uint64_t>();
   c.series.worst_by = document.at("series").at("worst_by").get<std::string>();
   c.file = document.at("file").get<std::string>();
+  manifest.file_folder = document.value("file_folder", "");
   c.text = document.at("text").get<std::string>();
   std::vector<std::string> names;
   for (const Column& column : c.columns) names.push_back(column.name);

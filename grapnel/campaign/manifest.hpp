@@ -27,6 +27,7 @@ struct Manifest {
   std::uint64_t block_size = 0;      // cases per shard
   std::vector<std::uint64_t> added;  // cases, by every extension
   std::string arithmetic;            // see arithmetic_here()
+  std::string file_folder = {};      // of the campaign's file, as seen from the result folder; empty: unknown
 };
 
 /// Cases per shard: so many that shards are few, and so few that all processors of a cluster have some. A function of

@@ -139,6 +139,10 @@ std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options
     }
   };
   run_jobs(progress.total, options, progress, compute, put_in_order);
+  for (auto& [k, row] : early) {  // after a stop, those behind a point that is not complete
+    rows.push_back(std::move(row));
+    if (take) take(rows.back());
+  }
   return rows;
 }
 

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/child_reader.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/hdf5_file.hpp"
 #include "grapnel/result/json_document.hpp"
@@ -83,7 +84,8 @@ std::string image_of(const Campaign& campaign, const std::vector<CaseRow>& rows,
   return hdf5::image_of(file);
 }
 
-// --- Reading. The seal says that the bytes are those that were written; what does not fit the campaign is foreign ---
+// --- Reading, in a child process: a file with a valid seal can still crash HDF5. What does not fit the campaign is
+// foreign ---
 
 struct Foreign {};  // thrown
 
@@ -179,17 +181,16 @@ std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& ro
   return bytes;
 }
 
-std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
-                                               const Block& block, const std::string& arithmetic) {
-  const std::filesystem::path path = shard_path(folder, block.number);
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
+namespace {
+
+// In the child: HDF5 is its own.
+std::optional<std::vector<CaseRow>> rows_in_file(const std::filesystem::path& path, const Campaign& campaign,
+                                                 const Block& block, const std::string& arithmetic) {
   try {
     std::string bytes = file_bytes(path);
     const std::size_t sealed = bytes.size();
     unseal(bytes);
     if (bytes.size() == sealed) return std::nullopt;  // cut short: every shard has a seal
-    const hdf5::Session session;
     const Handle file = open_image(bytes);
     return rows_of(file, campaign, block, arithmetic);
   } catch (const Foreign&) {
@@ -197,6 +198,96 @@ std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& fold
   } catch (const std::exception&) {
     return std::nullopt;
   }
+}
+
+void send_shard(ToParent& parent, const std::optional<std::vector<CaseRow>>& rows) {
+  parent.count(rows ? rows->size() : 0);  // a shard has at least one row
+  if (!rows) return;
+  for (const CaseRow& row : *rows) {
+    parent.count(row.index);
+    parent.count(static_cast<std::uint64_t>(row.status));
+    parent.count(row.success ? 1 : 0);
+    parent.text(row.reason);
+    parent.numbers(row.inputs);
+    parent.numbers(row.values);
+  }
+}
+
+std::optional<std::vector<CaseRow>> take_shard(FromChild& child, const Campaign& campaign, const Block& block) {
+  const std::uint64_t count = child.count();
+  if (count == 0) return std::nullopt;
+  if (count > block.end - block.begin) throw std::runtime_error("damaged: a shard has too many rows");
+  std::vector<CaseRow> rows;
+  rows.reserve(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    CaseRow row;
+    row.index = child.count();
+    const std::uint64_t status = child.count();
+    row.success = child.count() != 0;
+    row.reason = child.text();
+    row.inputs = child.numbers<double>();
+    row.values = child.numbers<double>();
+    if (row.index != block.begin + i || status > static_cast<std::uint64_t>(CaseStatus::unreachable) ||
+        row.inputs.size() != campaign.inputs.size() || row.values.size() != campaign.columns.size())
+      throw std::runtime_error("damaged: a row of a shard is not as it should be");
+    row.status = static_cast<CaseStatus>(status);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+double seconds_for(const std::filesystem::path& path) {
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(path, none);
+  return none ? 0 : reading_seconds(static_cast<double>(size)) - reading_seconds(0);
+}
+
+}  // namespace
+
+void read_shards(const std::filesystem::path& folder, const Campaign& campaign, const std::vector<Block>& blocks,
+                 const std::string& arithmetic,
+                 const std::function<void(const Block&, std::optional<std::vector<CaseRow>>)>& take) {
+  // One child for many shards; where a shard ends it, another one continues behind that.
+  for (std::size_t done = 0; done < blocks.size();) {
+    const std::size_t begin = done;
+    const auto send = [&](ToParent& parent) {
+      for (std::size_t i = begin; i < blocks.size(); ++i)
+        send_shard(parent, rows_in_file(shard_path(folder, blocks[i].number), campaign, blocks[i], arithmetic));
+    };
+    double seconds = reading_seconds(0);
+    for (std::size_t i = begin; i < blocks.size(); ++i) seconds += seconds_for(shard_path(folder, blocks[i].number));
+    bool taking = false;  // what `take` throws is not the shard's
+    try {
+      std::optional<hdf5::Session> session(std::in_place);  // the child inherits HDF5 as no thread is using it
+      read_in_child(seconds, send, [&](FromChild& child) {
+        session.reset();
+        while (done < blocks.size()) {
+          auto rows = take_shard(child, campaign, blocks[done]);
+          const Block& block = blocks[done++];
+          taking = true;
+          take(block, std::move(rows));
+          taking = false;
+        }
+      });
+    } catch (const NoProcess&) {
+      throw;
+    } catch (const std::exception&) {
+      if (taking) throw;
+      if (done == blocks.size()) return;
+      const Block& damaged = blocks[done++];
+      take(damaged, std::nullopt);
+    }
+  }
+}
+
+std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
+                                               const Block& block, const std::string& arithmetic) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(shard_path(folder, block.number), none)) return std::nullopt;
+  std::optional<std::vector<CaseRow>> found;
+  read_shards(folder, campaign, {block}, arithmetic,
+              [&](const Block&, std::optional<std::vector<CaseRow>> rows) { found = std::move(rows); });
+  return found;
 }
 
 namespace {
@@ -248,6 +339,7 @@ void ShardStore::begin(const StoreOptions& options) {
   was_there_ = found.has_value();
   if (!found) {
     manifest_ = new_manifest(campaign_, options.version, arithmetic);
+    manifest_.file_folder = folder_seen_from(folder_, campaign_.file);
     write_manifest(folder_, manifest_);
     return;
   }
@@ -290,17 +382,24 @@ std::vector<bool> ShardStore::present(std::uint64_t blocks) const {
   return there;
 }
 
-ShardStore::Known ShardStore::look_at(const Block& block) const {
-  if (block.number >= known_.size()) known_.resize(block.number + 1);
-  Known& known = known_[block.number];
-  if (known.rows == block.end - block.begin) return known;  // complete ones stay
-  known = {};
-  for (const CaseRow& row : rows(block)) {
-    ++known.rows;
-    if (row.success) ++known.successes;
-    if (row.status != CaseStatus::ok) ++known.not_ok;
+// Reads those of the blocks that are not known to be complete: complete ones stay.
+void ShardStore::learn(const std::vector<Block>& blocks) const {
+  std::vector<Block> unknown;
+  for (const Block& block : blocks) {
+    if (block.number >= known_.size()) known_.resize(block.number + 1);
+    if (known_[block.number].rows < block.end - block.begin) unknown.push_back(block);
   }
-  return known;
+  read_shards(folder_, campaign_, unknown, manifest_.arithmetic,
+              [&](const Block& block, const std::optional<std::vector<CaseRow>>& rows) {
+                Known& known = known_[block.number];
+                known = {};
+                if (!rows) return;
+                for (const CaseRow& row : *rows) {
+                  ++known.rows;
+                  if (row.success) ++known.successes;
+                  if (row.status != CaseStatus::ok) ++known.not_ok;
+                }
+              });
 }
 
 std::vector<ShardStore::Missing> ShardStore::missing(std::uint64_t shard, std::uint64_t shards,
@@ -309,9 +408,13 @@ std::vector<ShardStore::Missing> ShardStore::missing(std::uint64_t shard, std::u
   StoreCounts found;
   const std::uint64_t blocks = block_count(manifest_.block_size, manifest_.total);
   const std::vector<bool> there_is = present(blocks);
+  std::vector<Block> files;
+  for (std::uint64_t number = shard; number < blocks; number += shards)
+    if (there_is[number]) files.push_back(block_at(number, manifest_.block_size, manifest_.total));
+  learn(files);
   for (std::uint64_t number = shard; number < blocks; number += shards) {
     const Block block = block_at(number, manifest_.block_size, manifest_.total);
-    const Known there = there_is[number] ? look_at(block) : Known{};
+    const Known there = there_is[number] ? known_[number] : Known{};
     ++found.blocks;
     if (there.rows < block.end - block.begin)
       list.push_back({block, there.rows});
@@ -338,11 +441,12 @@ void for_each_block(const fs::path& folder, const Campaign& campaign,
   const std::optional<Manifest> manifest = read_manifest(folder);
   if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
   const std::uint64_t blocks = block_count(manifest->block_size, manifest->total);
-  for (std::uint64_t number = 0; number < blocks; ++number) {
-    auto rows =
-        read_shard(folder, campaign, block_at(number, manifest->block_size, manifest->total), manifest->arithmetic);
+  std::vector<Block> all;
+  for (std::uint64_t number = 0; number < blocks; ++number)
+    all.push_back(block_at(number, manifest->block_size, manifest->total));
+  read_shards(folder, campaign, all, manifest->arithmetic, [&](const Block&, std::optional<std::vector<CaseRow>> rows) {
     if (rows) take(std::move(*rows));
-  }
+  });
 }
 
 }  // namespace grapnel

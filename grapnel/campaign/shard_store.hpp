@@ -34,6 +34,12 @@ std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& ro
 std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
                                                const Block& block, const std::string& arithmetic);
 
+/// The same of many blocks, in order: `take` gets the rows of each, or nothing. The files are read in a child process,
+/// so that one that crashes HDF5 counts as damaged. @throws std::runtime_error without a process; what `take` throws
+void read_shards(const std::filesystem::path& folder, const Campaign& campaign, const std::vector<Block>& blocks,
+                 const std::string& arithmetic,
+                 const std::function<void(const Block&, std::optional<std::vector<CaseRow>>)>& take);
+
 // --- The folder ---
 
 /// A folder that holds another campaign, or what this one cannot go on with.
@@ -96,7 +102,7 @@ class ShardStore {
   void extend(std::uint64_t cases);
   void raise_total(std::uint64_t total);
   std::vector<bool> present(std::uint64_t blocks) const;
-  Known look_at(const Block& block) const;
+  void learn(const std::vector<Block>& blocks) const;
 
   std::filesystem::path folder_;
   const Campaign& campaign_;

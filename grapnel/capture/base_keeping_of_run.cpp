@@ -11,12 +11,12 @@ class BaseKeepingOfRun : public LawOfRun {
  public:
   explicit BaseKeepingOfRun(const CaptureProblem& problem) : problem_(problem) {}
 
-  void begin_post_impact(const CaptureSystem& system, const State& state) override {
-    R_WD_ = root_pose(system.model, state, system.base).R;
+  void begin_post_impact(const CaptureSystem& system, const State& known) override {
+    R_WD_ = root_pose(system.model, known, system.base).R;
   }
 
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        double time) override {
+                                        const State&, double time) override {
     system_ = &system;
     const KeepBaseSetup keep = problem_.post_impact->keep_base_attitude.value_or(KeepBaseSetup{});
     law_ = BaseKeepingLaw{system.base, keep.R_WD.value_or(R_WD_), keep.rate, keep.posture, keep.posture_rate};

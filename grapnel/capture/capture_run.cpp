@@ -34,29 +34,50 @@ bool RunJoints::settle_to(PostImpactSetup::Joints joints) const {
   return problem_.post_impact && problem_.post_impact->joints == joints;
 }
 
-void RunJoints::settle(const RunBodies& bodies, std::size_t joint) {
+// Laws that hold a posture take their set points from the readings of the sensors that exist.
+State RunJoints::known_posture(const RunBodies& bodies) const {
+  return sensors_ ? sensors_->known_posture(bodies.system, bodies.state, bodies.time) : bodies.state;
+}
+
+void RunJoints::settle(const RunBodies& bodies, const State& known, std::size_t joint) {
   control_.settled[joint] = true;
-  control_.hold[joint] = bodies.state.q[joint_body(bodies.system, joint).q];
+  control_.hold[joint] = known.q[joint_body(bodies.system, joint).q];
 }
 
 void RunJoints::settle_all(const RunBodies& bodies) {
   control_.approaching = false;
-  for (std::size_t j = 0; j < size(); ++j) settle(bodies, j);
+  const State known = known_posture(bodies);
+  for (std::size_t j = 0; j < size(); ++j) settle(bodies, known, j);
+}
+
+void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodies) {
+  using Joints = PostImpactSetup::Joints;
+  const auto follows = [](Joints joints) {
+    return joints == Joints::pd || joints == Joints::computed_torque || joints == Joints::controller;
+  };
+  const bool keeps_following = follows(before.joints) && follows(problem_.post_impact->joints);
+  for (std::size_t j = 0; j < size(); ++j) {
+    if (keeps_following)
+      control_.hold[j] = evaluate(settled_trajectory(before, control_, j), bodies.time).position;
+    else
+      settle(bodies, j);
+  }
 }
 
 void RunJoints::settle_arm(const RunBodies& bodies, std::size_t grasp) {
   const Model& model = bodies.system.model;
+  const State known = known_posture(bodies);
   int body = model.frames()[model.frame_index(problem_.grasps[grasp].end_effector)].body;
   for (; body >= 0; body = model.bodies()[body].parent) {
     for (std::size_t j = 0; j < size(); ++j) {
-      if (model.joints()[bodies.system.robot_joints[j]] == body) settle(bodies, j);
+      if (model.joints()[bodies.system.robot_joints[j]] == body) settle(bodies, known, j);
     }
   }
 }
 
 void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies) {
   control_.attitude.reset();
-  if (setup) control_.attitude = attitude_control(*setup, bodies.system, bodies.state).R_WD;
+  if (setup) control_.attitude = attitude_control(*setup, bodies.system, known_posture(bodies)).R_WD;
 }
 
 PhaseSetup RunJoints::setup(const RunBodies& bodies) {
@@ -110,7 +131,7 @@ bool RunJoints::efforts_are_cut() const {
 }
 
 std::vector<JointTrajectory> RunJoints::references() const {
-  const std::optional<PostImpactSetup>& post = problem_.post_impact;
+  const MotionPhases& post = problem_.post_impact;
   if (!approaching() && !(post && moves_afterwards(*post))) return {};
   std::vector<JointTrajectory> joints = trajectories_;
   joints.resize(size());
@@ -168,11 +189,19 @@ bool reads_sensors(const CaptureProblem& problem) {
   return problem.control && (problem.sensors || (problem.post_impact && problem.post_impact->identify));
 }
 
+std::vector<std::string> names_of_phases(const CaptureProblem& problem) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) names.push_back(phase_name(problem, k));
+  return names;
+}
+
 }  // namespace
 
 CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
                        CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result)
-    : problem(the_problem),
+    : staged_(the_problem.post_impact.size() > 1 ? std::make_unique<CaptureProblem>(the_problem) : nullptr),
+      phase_names_(names_of_phases(the_problem)),
+      problem(staged_ ? *staged_ : the_problem),
       frame(the_frame),
       detail(the_detail),
       progress(std::move(the_progress)),
@@ -183,7 +212,17 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       law(problem),
       identification(problem),
       sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
-      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {}
+      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {
+  joints.observe(sensors.get());
+}
+
+bool CaptureRun::next_motion_phase() {
+  if (motion_phase_ + 1 >= phase_names_.size()) return false;
+  ++motion_phase_;
+  staged_->post_impact.erase(staged_->post_impact.begin());
+  part_.reset();
+  return true;
+}
 
 std::string CaptureRun::next_name(const std::string& phase) {
   const int count = ++pieces_[phase];
@@ -343,6 +382,13 @@ void GraspSchedule::refuse(const std::vector<std::size_t>& grasps, const std::st
 }
 
 void GraspSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->released = time; }
+
+std::vector<bool> GraspSchedule::opened() const {
+  std::vector<bool> opened;
+  for (const std::optional<GraspOutcome>& outcome : outcomes_)
+    opened.push_back(outcome && (!outcome->captured || outcome->released));
+  return opened;
+}
 
 void GraspSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]->target_moved = distance; }
 

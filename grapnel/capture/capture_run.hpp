@@ -5,6 +5,7 @@
 /// observes, and the result.
 
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -49,6 +50,8 @@ class GraspSchedule {
   /// Takes it back: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
+  /// Per grasp, whether it has been decided on and does not hold: it was missed, it rebounded or it was released.
+  std::vector<bool> opened() const;
   /// contact.gap: translate_target moved its target by a distance [m].
   void moved(std::size_t grasp, double distance);
 
@@ -91,6 +94,10 @@ class RunJoints {
  public:
   RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame);
 
+  /// Through which set points are known, from now on; null: they are the true values. It outlives this.
+  void observe(const SensorRun* sensors) { sensors_ = sensors; }
+  /// The bodies' state with the posture as laws know it now; see SensorRun::known_posture().
+  State known_posture(const RunBodies& bodies) const;
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
   /// Of sampled control; null without it.
@@ -105,8 +112,11 @@ class RunJoints {
   void settle_arm(const RunBodies& bodies, std::size_t grasp);
   /// All do; the approach is over.
   void settle_all(const RunBodies& bodies);
-  /// The motion after the impact begins: what `move` says counts from now on.
+  /// A phase of the motion after the approach begins: what `move` says counts from now on.
   void begin_post_impact(double time) { control_.post_impact_begin = time; }
+  /// The problem has another phase than `before`: joints that followed something keep their set points where they go on
+  /// following, else they are held where they are.
+  void next_phase(const PostImpactSetup& before, const RunBodies& bodies);
   /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
@@ -120,7 +130,7 @@ class RunJoints {
   bool are_controlled() const;
   /// Whether drives are cut at their effort limits in it.
   bool efforts_are_cut() const;
-  /// What joints are to follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
+  /// What joints follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
   std::vector<JointTrajectory> references() const;
   /// The base's attitude that is kept; absent: it is not controlled.
   const std::optional<Rotationd>& kept_attitude() const { return control_.attitude; }
@@ -131,13 +141,14 @@ class RunJoints {
   std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
 
  private:
-  void settle(const RunBodies& bodies, std::size_t joint);
+  void settle(const RunBodies& bodies, const State& known, std::size_t joint);
   std::vector<HeldRate> with_fast_modes(const RunBodies& bodies, std::vector<HeldRate> held) const;
 
   std::shared_ptr<Controller> controller(const RunBodies& bodies);
 
   const CaptureProblem& problem_;
   const MovingFrame frame_;
+  const SensorRun* sensors_ = nullptr;
   std::shared_ptr<ControlClock> clock_;        // of the whole run; null: laws speak continuously
   std::shared_ptr<ThrusterBank> thrusters_;    // likewise; null: there are none
   std::shared_ptr<Controller> controller_;     // likewise, once it is needed
@@ -163,9 +174,19 @@ struct CaptureRun {
   /// The problem with some of its grasps. Valid until the next call.
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
   PhaseEnd describe_now() const;
+  /// The name of the phase at hand.
+  const std::string& phase_name() const { return phase_names_[motion_phase_]; }
+  /// From now on the problem has the next phase; false: there is none.
+  bool next_motion_phase();
 
-  const CaptureProblem& problem;
-  const MovingFrame frame;  // in which all states are
+ private:
+  std::unique_ptr<CaptureProblem> staged_;  // of a sequence of phases: those that are over are taken out; else null
+  std::vector<std::string> phase_names_;
+  std::size_t motion_phase_ = 0;
+
+ public:
+  const CaptureProblem& problem;  // its first phase is the one at hand
+  const MovingFrame frame;        // in which all states are
   const CaptureDetail detail;
   const CaptureProgress progress;
   CaptureResult& result;
@@ -176,7 +197,9 @@ struct CaptureRun {
   IdentificationRun identification;
   const std::shared_ptr<SensorRun> sensors;  // null: nothing is read
   RunMonitor monitor;
-  bool rebounded = false;  // something has rebounded
+  bool rebounded = false;                   // something has rebounded
+  bool condition_met = false;               // what ends the phase at hand holds
+  std::vector<std::string> unstable_gains;  // of the approach, in words
 
  private:
   std::map<std::string, int> pieces_;   // of phases, by name

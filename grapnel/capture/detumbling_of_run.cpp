@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <algorithm>
 
 #include "grapnel/capture/law_of_run.hpp"
@@ -17,7 +18,7 @@ class DetumblingOfRun : public LawOfRun {
   bool has_work(const CaptureSystem& system) const override { return is_held(problem_, system, target_); }
 
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        double time) override {
+                                        const State&, double time) override {
     const PostImpactSetup& post = *problem_.post_impact;
     system_ = &system;
     kinematics_ = Kinematics(system.model);
@@ -25,21 +26,37 @@ class DetumblingOfRun : public LawOfRun {
     law_ = {};
     law_.torque = post.detumble->torque;
     // Held for a period, a command must not take more than is there.
-    if (problem_.control) law_.shortest = 2 * (problem_.control->timing.period + problem_.control->timing.delay);
+    if (problem_.control) {
+      const double held = problem_.control->timing.period + problem_.control->timing.delay;
+      law_.shortest = 2 * held, law_.settling = std::max(law_.settling, 2 * held);
+    }
+    law_.bodies = bodies_of_target(system, target_index(problem_, target_));
+    limited_.clear();
     for (const HeldGrasp& grasp : system.grasps) {
-      if (problem_.grasps[grasp.grasp].target == target_) law_.target = grasp.frames.body_b;
+      const GraspSetup& setup = problem_.grasps[grasp.grasp];
+      if (setup.target != target_ || grasp.closure == HeldGrasp::kRedundant) continue;
+      const LoadRating& rating = end_effector_of(problem_, setup).rating;
+      law_.holds.push_back({grasp.frames, grasp.closure, rating.force, rating.moment});
     }
     for (const std::size_t j : joints_that_carry(problem_, system, target_)) {
       scope.joints.push_back(system.robot_joints[j]);
       law_.damping.push_back(post.kd[j]);
+      const JointDescription& joint =
+          system.model.bodies()[system.model.joints()[scope.joints.back()]].description.joint;
+      limited_.push_back(fmt::format("the effort limit of joint '{}' ({:.6g} {})", joint.name, joint.limits.effort,
+                                     slides_along_axis(joint.type) ? "N" : "N m"));
     }
-    if (!report_) begin_report(state, time);
-    return std::make_shared<Detumbling>(law_model, law_, std::move(scope));
+    for (const HeldGrasp& grasp : system.grasps) name_limits(grasp);
+    const bool begins = !report_;
+    if (begins) begin_report(state, time);
+    auto law = std::make_shared<Detumbling>(law_model, law_, std::move(scope));
+    if (begins) report_->first_scale = law->at(time, state, {}).scale;
+    return law;
   }
 
   void consider(const State& state, const Consider& consider) override {
     forward_kinematics(system_->model, state, kinematics_);
-    const double L = norm(target_motion(system_->model, kinematics_, law_.target).angular_momentum);
+    const double L = norm(target_motion(system_->model, kinematics_, law_.bodies).angular_momentum);
     const double before = report_->angular_momentum_before;
     const double left = std::max(kTumblesNoMore * before, law_.torque * law_.shortest);
     consider(before > 0 ? (L - left) / before : 0, LawEnd::at_rest, "");
@@ -51,12 +68,15 @@ class DetumblingOfRun : public LawOfRun {
     lower_to(r.least_scale, r.least_scale_time, command.scale, sample.time);
     lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
     r.within_limits = r.within_limits && command.within_limits;
+    if (command.limiting < 0 || !(command.demand > r.largest_demand)) return;
+    r.largest_demand = command.demand, r.largest_demand_time = sample.time;
+    r.limiting = limited_[static_cast<std::size_t>(command.limiting)];
   }
 
   void describe(const State& state, double time) override {
     const Model& model = system_->model;
     const Kinematics kinematics = forward_kinematics(model, state);
-    const TargetMotion3d motion = target_motion(model, kinematics, model.body_index(target_body_name(target_)));
+    const TargetMotion3d motion = target_motion(model, kinematics, law_.bodies);
     report_->end = time;
     report_->angular_momentum_after = norm(motion.angular_momentum);
     report_->speed_after = norm(motion.velocity);
@@ -64,12 +84,15 @@ class DetumblingOfRun : public LawOfRun {
 
   void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
   void released_at(double time) override { report_->end = time; }
-  void write(CaptureResult& result) const override { result.detumbling = report_; }
+  void write(CaptureResult& result) const override {
+    result.detumbling = report_;
+    if (report_) warn(*report_, result.warnings);
+  }
 
  private:
   void begin_report(const State& state, double time) {
     forward_kinematics(system_->model, state, kinematics_);
-    const TargetMotion3d motion = target_motion(system_->model, kinematics_, law_.target);
+    const TargetMotion3d motion = target_motion(system_->model, kinematics_, law_.bodies);
     DetumblingReport& report = report_.emplace();
     report.target = target_, report.begin = time, report.torque_bound = law_.torque;
     report.angular_momentum_before = norm(motion.angular_momentum), report.speed_before = norm(motion.velocity);
@@ -77,21 +100,63 @@ class DetumblingOfRun : public LawOfRun {
     describe(state, time);  // until more is known
   }
 
-  // What the grasps give the target, by its motion.
+  // Of a grasp, in the order of DetumblingCommand::limiting.
+  void name_limits(const HeldGrasp& grasp) {
+    const GraspSetup& setup = problem_.grasps[grasp.grasp];
+    if (setup.target != target_ || grasp.closure == HeldGrasp::kRedundant) return;
+    const LoadRating& rating = end_effector_of(problem_, setup).rating;
+    limited_.push_back(fmt::format("the force rating of '{}' ({:.6g} N)", setup.end_effector, rating.force));
+    limited_.push_back(fmt::format("the moment rating of '{}' ({:.6g} N m)", setup.end_effector, rating.moment));
+  }
+
+  // What limits allow, and how much too little that is.
+  void warn(const DetumblingReport& r, std::vector<std::string>& warnings) const {
+    if (!r.within_limits) {
+      warnings.push_back(
+          fmt::format("post_impact.detumble: at t = {:.6g} s the law cannot keep the limits: even without braking, "
+                      "moving '{}' takes "
+                      "{:.3g} times {}; efforts were scaled down, and the target did not move as asked for",
+                      r.largest_demand_time, r.target, r.largest_demand, r.limiting));
+    }
+    const double left = problem_.post_impact->duration, takes = r.expected_duration / r.first_scale;
+    if (r.ended == LawEnd::at_rest || !(takes > left)) return;
+    warnings.push_back(
+        r.first_scale > 0
+            ? fmt::format(
+                  "post_impact.detumble: as the law begins limits leave {:.3g} of the {:.6g} N m of its torque, so "
+                  "that '{}' comes to rest after about {:.4g} s; post_impact ends after {:.6g} s",
+                  r.first_scale, r.torque_bound, r.target, takes, left)
+            : fmt::format(
+                  "post_impact.detumble: as the law begins limits leave nothing of the {:.6g} N m of its torque",
+                  r.torque_bound));
+  }
+
+  // What the grasps give the target, by the motion of its bodies.
   void note_torque(const PhaseSample& sample) {
-    const int target = law_.target;
-    forward_kinematics(system_->model, sample.state, kinematics_);
-    const Vector3d alpha =
-        body_accelerations(system_->model, kinematics_, sample.dynamics->acceleration())[target].angular;
-    const Symmetric3d I = rotate(kinematics_.X_WB[target].R, system_->model.bodies()[target].description.inertia);
-    const Vector3d w = kinematics_.V_WB[target].angular;
-    report_->largest_torque = std::max(report_->largest_torque, norm(I * alpha + cross(w, I * w)));
+    const Model& model = system_->model;
+    forward_kinematics(model, sample.state, kinematics_);
+    const std::vector<BodyAcceleration> accelerations =
+        body_accelerations(model, kinematics_, sample.dynamics->acceleration());
+    const Vector3d com = held_body(model, kinematics_, law_.bodies).com;
+    Vector3d torque = Vector3d::zero();
+    for (int b : law_.bodies) {
+      const BodyDescription& body = model.bodies()[b].description;
+      const Symmetric3d I = rotate(kinematics_.X_WB[b].R, body.inertia);
+      const Vector3d w = kinematics_.V_WB[b].angular, arm = kinematics_.X_WB[b].R * body.com;
+      const Vector3d alpha = accelerations[b].angular;
+      torque += I * alpha + cross(w, I * w);
+      if (law_.bodies.size() == 1) continue;
+      const Vector3d a = accelerations[b].linear + cross(alpha, arm) + cross(w, cross(w, arm)) - problem_.gravity;
+      torque += body.mass * cross(kinematics_.X_WB[b].p + arm - com, a);
+    }
+    report_->largest_torque = std::max(report_->largest_torque, norm(torque));
   }
 
   const CaptureProblem& problem_;
   std::string target_;  // that is detumbled
   const CaptureSystem* system_ = nullptr;
-  DetumblingLaw law_;  // of the piece at hand
+  DetumblingLaw law_;                 // of the piece at hand
+  std::vector<std::string> limited_;  // what DetumblingCommand::limiting counts, in words
   Kinematics kinematics_;
   std::optional<DetumblingReport> report_;  // of all pieces
 };

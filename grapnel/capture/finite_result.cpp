@@ -98,6 +98,7 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("capture.grasps", result.grasps, true);  // of a run that got to its end all is known
   finder.look("impact", result.impact);
   finder.look("later_impacts", result.later_impacts);
+  finder.look("phases", result.phases);
   finder.look("post_impact.end", result.post_impact_end);
   finder.look("post_impact.grasp_loads", result.grasp_loads);
   finder.look("post_impact.detumbling", result.detumbling);

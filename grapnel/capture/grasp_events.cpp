@@ -40,6 +40,7 @@ void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, 
   }
   if (all.empty()) return;
   for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.refuse({closing[i]}, own[i]);
+  for (const std::string& gains : run.unstable_gains) all += "; " + gains;
   throw RunFailure("contact refused: " + all);
 }
 
@@ -52,7 +53,9 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const Contact fresh = make_contact(run.with_grasps(closing), free, run.bodies.state, held);
   if (!fresh.refused.empty()) {
     run.schedule.refuse(closing, "contact refused: " + fresh.refused);
-    throw RunFailure("contact refused: " + fresh.refused);
+    std::string why = fresh.refused;
+    for (const std::string& gains : run.unstable_gains) why += "; " + gains;
+    throw RunFailure("contact refused: " + why);
   }
   refuse_wide_gaps(run, closing, fresh);
   for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.moved(closing[i], norm(fresh.displacement[i]));
@@ -131,6 +134,7 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
     });
     run.to_joined();
     if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
+    if (run.law.ends_by_release(run.bodies.system, now)) run.joints.settle_all(run.bodies);
   }
 }
 
@@ -345,12 +349,15 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, meeting_contacts);
   std::optional<LawDrive> drive;
   const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
-  if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model, bodies.state,
-                               bodies.time, meeting_contacts, masses))
-    drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock());
+  if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
+                               run.joints.known_posture(bodies), bodies.time, meeting_contacts, masses))
+    drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
   bool looked = false;
   const auto look = [&](const CompliantSample& sample) {
-    if (!looked) run.monitor.begin_impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing);
+    if (!looked) {
+      run.monitor.begin_impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing,
+                                       run.schedule.opened());
+    }
     looked = true;
     run.monitor.look_in_impact(sample);
   };

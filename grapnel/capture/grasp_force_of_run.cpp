@@ -19,7 +19,7 @@ class GraspForceOfRun : public LawOfRun {
   bool has_work(const CaptureSystem& system) const override { return holds_of(system).size() >= 2; }
 
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        double time) override {
+                                        const State& known, double time) override {
     if (begins_) begin_ = time, begins_ = false;
     system_ = &system;
     kinematics_ = Kinematics(system.model);
@@ -51,8 +51,10 @@ class GraspForceOfRun : public LawOfRun {
       scope.joints.push_back(system.robot_joints[j]);
       law.damping.push_back(problem_.post_impact->kd[j]);
     }
-    const Posed X_BT = inverse(kinematics_.X_WB[system.base]) * kinematics_.X_WB[law.target];
-    if (!X_BT_) X_BT_ = X_BT * own_frame(system.model, law.target);
+    if (!X_BT_) {
+      const Kinematics k = forward_kinematics(system.model, known);
+      X_BT_ = inverse(k.X_WB[system.base]) * k.X_WB[law.target] * own_frame(system.model, law.target);
+    }
     law.X_BT = *X_BT_ * inverse(own_frame(system.model, law.target));
     law_ = std::make_shared<GraspForce>(law_model, std::move(law), std::move(scope));
     if (!report_) begin_report(state, time);

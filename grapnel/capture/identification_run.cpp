@@ -74,7 +74,8 @@ IdentificationRun::IdentificationRun(const CaptureProblem& problem) : problem_(p
     assumed_ = TargetInertia{post.assumed->mass.value_or(truth.mass), post.assumed->com.value_or(truth.com),
                              post.assumed->inertia.value_or(truth.inertia)};
   }
-  if (post.identify) {
+  setup_ = post.identify;
+  if (setup_) {
     target_ = named_or_only(problem, post.identify->target);
     const double sample_time = post.identify->sample_time;
     if (problem.control && sample_time > 0)
@@ -86,9 +87,9 @@ IdentificationRun::IdentificationRun(const CaptureProblem& problem) : problem_(p
 }
 
 void IdentificationRun::begin_post_impact(double time) {
-  if (!problem_.post_impact->identify) return;
-  begin_ = time + problem_.post_impact->identify->from;
-  end_ = begin_ + problem_.post_impact->identify->duration;
+  if (!problem_.post_impact->identify) return;  // of a later phase
+  begin_ = time + setup_->from;
+  end_ = begin_ + setup_->duration;
 }
 
 bool IdentificationRun::is_held(const CaptureSystem& system) const {
@@ -128,7 +129,7 @@ void IdentificationRun::take(const CaptureSystem& system, const PhaseSample& sam
     report_->begin = sample.time;
     const std::array<int, 1> root = {system.base};
     const Kinematics k = forward_kinematics(system.model, sample.state);
-    const bool turning = problem_.post_impact->identify->base == IdentifySetup::Base::rotation;
+    const bool turning = setup_->base == IdentifySetup::Base::rotation;
     first_momentum_ =
         momentum_about(system.model, k, turning ? center_of_mass(system.model, k, root) : Vector3d::zero(), root);
   }
@@ -145,9 +146,8 @@ double IdentificationRun::next_event() const {
 
 IdentificationTask IdentificationRun::task(const CaptureSystem& system) const {
   IdentificationTask task{system.model, system.target_frames[target_], samples_};
-  const IdentifySetup& setup = *problem_.post_impact->identify;
-  if (setup.base == IdentifySetup::Base::rotation) task.base = MeasuredBase::rotation;
-  if (setup.momentum_known) task.momentum = first_momentum_;
+  if (setup_->base == IdentifySetup::Base::rotation) task.base = MeasuredBase::rotation;
+  if (setup_->momentum_known) task.momentum = first_momentum_;
   task.noise = rate_noise_of(problem_);
   return task;
 }

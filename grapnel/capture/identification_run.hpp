@@ -55,6 +55,7 @@ class IdentificationRun {
   void report(const IdentifiedBody& found);
 
   const CaptureProblem& problem_;
+  std::optional<IdentifySetup> setup_;           // of the first phase after the approach; absent: none
   std::size_t assumed_target_ = 0, target_ = 0;  // in the problem
   std::optional<TargetInertia> assumed_, estimated_;
   LawModel model_ = LawModel::truth;

@@ -75,7 +75,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
     const GraspPoint& point = grasp_point_of(problem, *grasp);
     const EndEffectorSetup& effector = end_effector_of(problem, *grasp);
     ImpedanceHand& hand = law.hands[h];
-    const int target = system.model.body_index(target_body_name(grasp->target));
+    const int target = target_body_index(system, target_index(problem, grasp->target));
     const Posed X_TE = inverse(k.X_WB[target]) * (k.X_WB[hand.body] * hand.X_BE);
     Rotationd R_end = X_TE.R;
     if (grasp->orientation == GraspSetup::Orientation::pose) R_end = point.X_TG.R;
@@ -105,10 +105,10 @@ class ImpedanceOfRun : public LawOfRun {
   bool has_work(const CaptureSystem& system) const override { return !approach_ || system.grasps.empty(); }
 
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        double time) override {
+                                        const State& known, double time) override {
     Prepared p = prepare(problem_, system);
     if (references_.empty()) {
-      approach_ ? go(problem_, system, state, time, p.names, p.law) : stay(system, state, time, p.law);
+      approach_ ? go(problem_, system, known, time, p.names, p.law) : stay(system, known, time, p.law);
       for (const ImpedanceHand& hand : p.law.hands) references_.push_back(hand.reference);
       report_.emplace().begin = time;
     } else {

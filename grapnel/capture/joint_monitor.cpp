@@ -36,6 +36,8 @@ void JointMonitor::end_phase(const PhaseOutcome& outcome) {
     if (joint.motor && joint.motor->torque_constant > 0) report.copper_loss = integrals.copper_loss;
     const JointModes::Joint* modes = dynamics_->joint_modes().of(integrals.joint);
     if (!modes) continue;
+    if (modes->breakaway > 0) report.friction_share = modes->largest_share;
+    report.friction_determined = !modes->undetermined;
     report.sticks = modes->sticks_count, report.breakaways = modes->breakaways;
     report.stop_impacts = modes->stop_impacts, report.stop_energy_lost = modes->stop_energy_lost;
   }
@@ -47,7 +49,25 @@ void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   }
 }
 
+// Absent without joints that stick.
+void JointMonitor::write_row(CaptureResult& result) const {
+  constexpr double kRounding = 1e-9;
+  std::optional<double> largest;
+  bool determined = true;
+  for (const JointReport& joint : reports_) {
+    if (!joint.friction_share) continue;
+    if (!largest || !(*joint.friction_share <= *largest)) largest = joint.friction_share;
+    determined = determined && joint.friction_determined;
+  }
+  if (!largest) return;
+  std::string note = "largest friction of a joint that it holds at rest, over its breakaway effort";
+  if (!determined)
+    note += "; closed loops leave the friction of several joints undetermined: the admissible set of least norm counts";
+  result.ledger.entries.push_back({"joint_friction_share", *largest, 1 + kRounding, "1", note, true});
+}
+
 void JointMonitor::write(CaptureResult& result) const {
+  write_row(result);
   result.joints = reports_, result.stop_impacts = stop_impacts_, result.stop_impact_count = stop_impact_count_;
 }
 

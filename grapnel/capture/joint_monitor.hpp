@@ -20,6 +20,8 @@ class JointMonitor {
   void write(CaptureResult& result) const;
 
  private:
+  void write_row(CaptureResult& result) const;
+
   std::string name_;
   const PhaseDynamics* dynamics_ = nullptr;
   std::vector<JointReport> reports_;

@@ -15,8 +15,10 @@ double resolution_at(double time) {
 }  // namespace
 
 LawDrive::LawDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
-                   std::shared_ptr<ControlClock> clock)
-    : law_(std::move(law)), system_(system), begin_(begin), clock_(std::move(clock)) {}
+                   std::shared_ptr<ControlClock> clock, SensorRun* sensors)
+    : law_(std::move(law)), system_(system), begin_(begin), clock_(std::move(clock)), sensors_(sensors) {
+  if (sensors_) sensors_->begin_piece(system_);
+}
 
 double LawDrive::next_break(double t) const {
   double next = std::numeric_limits<double>::infinity();
@@ -31,7 +33,9 @@ void LawDrive::begin_piece(double t, const State& state, std::span<const Externa
   const double now = begin_ + t, same = resolution_at(now);
   if (!clock_ || !clock_->tick(now, same)) return;
   law_->sense(wrenches);
-  const JointLawCommand said = law_->at(now, state, {});
+  State seen = state;
+  if (sensors_) sensors_->read_motion(now, state, seen);
+  const JointLawCommand said = law_->at(now, seen, {});
   ControlClock::Command command{std::vector<double>(clock_->channels()), Vector3d::zero()};
   for (std::size_t j = 0; j < law_->joints().size(); ++j) {
     const auto at = std::find(system_.robot_joints.begin(), system_.robot_joints.end(), law_->joints()[j]);

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/control/joint_law.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/problem/capture_system.hpp"
@@ -14,9 +15,10 @@ namespace grapnel {
 class LawDrive : public ImpactDrive {
  public:
   /// `begin`: of the impact, on the scenario's clock. `clock`: of sampled control; null: the law speaks continuously.
-  /// `system` and the clock outlive it.
+  /// `sensors`: read at its ticks, as far as they read motion; null: the law knows the truth. `system`, clock and
+  /// sensors outlive it.
   LawDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
-           std::shared_ptr<ControlClock> clock);
+           std::shared_ptr<ControlClock> clock, SensorRun* sensors = nullptr);
 
   double next_break(double t) const override;
   void begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) override;
@@ -28,6 +30,7 @@ class LawDrive : public ImpactDrive {
   const CaptureSystem& system_;
   double begin_;
   std::shared_ptr<ControlClock> clock_;
+  SensorRun* sensors_;
 };
 
 }  // namespace grapnel

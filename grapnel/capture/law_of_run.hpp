@@ -26,9 +26,9 @@ class LawOfRun {
   LawOfRun& operator=(const LawOfRun&) = delete;
   virtual ~LawOfRun() = default;
 
-  /// The motion after the impact begins.
-  virtual void begin_post_impact(const CaptureSystem& system, const State& state) {
-    static_cast<void>(system), static_cast<void>(state);
+  /// The motion after the impact begins. `known`: the state with the posture as laws know it.
+  virtual void begin_post_impact(const CaptureSystem& system, const State& known) {
+    static_cast<void>(system), static_cast<void>(known);
   }
   /// Whether there is something to work on.
   virtual bool has_work(const CaptureSystem& system) const {
@@ -36,9 +36,10 @@ class LawOfRun {
     return true;
   }
   /// A piece of motion begins, in which it works; with the first begins its report. `law_model`: what the law takes the
-  /// system for, with the same bodies and joints. Both live until the piece ends.
+  /// system for, with the same bodies and joints. Both live until the piece ends. `known`: the state with the posture
+  /// as the law knows it, from which it takes its references; `state`: the true one, for the report.
   virtual std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                                double time) = 0;
+                                                const State& known, double time) = 0;
   /// What may end it beside its condition and the ranges of its joints.
   virtual void consider(const State& state, const Consider& consider) {
     static_cast<void>(state), static_cast<void>(consider);

@@ -71,15 +71,22 @@ std::string held_target(const CaptureProblem& problem, const std::string& named)
   return target;
 }
 
-LawRun::LawRun(const CaptureProblem& problem) {
+LawRun::LawRun(const CaptureProblem& problem) : problem_(problem) {
   approach_.part = law_of_approach(problem);
   after_.part = law_of_post_impact(problem);
   if (approach_.part) now_ = &approach_;
 }
 
-void LawRun::begin_post_impact(const CaptureSystem& system, const State& state) {
+void LawRun::begin_post_impact(const CaptureSystem& system, const State& known) {
   now_ = after_.part ? &after_ : nullptr;
-  if (now_) now_->part->begin_post_impact(system, state);
+  if (now_) now_->part->begin_post_impact(system, known);
+}
+
+void LawRun::next_phase(CaptureResult& result) {
+  if (after_.part) after_.part->write(result);
+  law_.reset();
+  now_ = nullptr;
+  after_ = {law_of_post_impact(problem_)};
 }
 
 bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
@@ -90,19 +97,20 @@ bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   return true;
 }
 
-std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, double time,
-                                              std::shared_ptr<const Model> law_model) {
+std::shared_ptr<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, const State& known,
+                                              double time, std::shared_ptr<const Model> law_model) {
   law_.reset();
   law_model_ = std::move(law_model);
   if (!now_ || now_->over || !now_->part->has_work(system)) return {};
   system_ = &system;
-  law_ = now_->part->begin_piece(system, law_model_ ? *law_model_ : system.model, state, time);
+  law_ = now_->part->begin_piece(system, law_model_ ? *law_model_ : system.model, state, known, time);
   now_->begun = true;
   return law_;
 }
 
 LawRun::Margin LawRun::least_margin(double time, const State& state) {
-  Margin least{law_->at(time, state, {}).condition / kRankLost - 1, LawEnd::rank_lost, ""};
+  Margin least{std::numeric_limits<double>::infinity(), LawEnd::rank_lost, ""};
+  if (!law_->goes_on()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;
   const auto consider = [&](double value, LawEnd end, const std::string& joint) {
     if (!(value >= least.value)) least = {value, end, joint};
   };

@@ -251,10 +251,13 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
   }
   controls_base_ = dynamics.setup().attitude.has_value();
   if (!controls_base_) return;
+  // Its limit bounds what is commanded, and rates nothing: gyros, and thrusters on or off, may give more or less. Where
+  // they do, SaturationMonitor observes what is commanded.
+  const bool gives_the_command = !gives_base_torque_otherwise(dynamics.setup());
   for (int k = 0; k < 3; ++k) {
     const double limit = dynamics.setup().attitude->limit[k];
-    efforts_.watch(kBaseControl + " " + "xyz"[k], channels_.size(), limit, true);
-    channels_.push_back({kBaseControl, kAxes[k], limit});
+    if (gives_the_command) efforts_.watch(kBaseControl + " " + "xyz"[k], channels_.size(), limit, true);
+    channels_.push_back({kBaseControl, kAxes[k], std::numeric_limits<double>::infinity()});
   }
 }
 

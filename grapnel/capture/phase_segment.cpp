@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/capture/motion_phases.hpp"
 #include "grapnel/capture/replanning.hpp"
 
 namespace grapnel {
@@ -167,7 +168,8 @@ PhaseSetup setup_of_piece(CaptureRun& run) {
   if (run.law.ends_by_release(bodies.system, bodies.time) && !run.joints.approaching()) run.joints.settle_all(bodies);
   run.identification.begin_piece(bodies.system, bodies.time);
   const std::shared_ptr<const Model> law_model = run.identification.law_model(bodies.system);
-  run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time, law_model));
+  run.joints.obey(
+      run.law.begin_piece(bodies.system, bodies.state, run.joints.known_posture(bodies), bodies.time, law_model));
   PhaseSetup setup = run.joints.setup(bodies);
   setup.law_model = law_model;
   setup.sensors = run.sensors;
@@ -182,20 +184,24 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
       observed_(true),
       dynamics_(run.bodies.system.model, setup_of_piece(run)),
       arrival_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))),
+      condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
   RunBodies& bodies = run.bodies;
   RunMonitor& monitor = run.monitor;
-  if (run.law.works()) {
+  if (run.law.works() || condition_) {
     stop_ = [this](double t, const State& state) {
-      const double law = run_.law.margin(t, state);
-      return arrival_ ? std::min(law, arrival_(t, state)) : law;
+      double least = std::numeric_limits<double>::infinity();
+      if (run_.law.works()) least = run_.law.margin(t, state);
+      if (arrival_) least = std::min(least, arrival_(t, state));
+      if (condition_) least = std::min(least, condition_(t, state));
+      return least;
     };
   }
   const double end = next_event(run, phase);
   const std::string name = run.next_name(phase.name);
   const bool controlled = run.joints.are_controlled();
   monitor.begin_phase({name, bodies.system, dynamics_, controlled, run.joints.efforts_are_cut(),
-                       monitor.records() ? run.joints.references() : std::vector<JointTrajectory>()});
+                       run.schedule.opened(), bodies.time, run.law.works(), !run.joints.approaching()});
   // Joints that follow a reference exactly are on it from the first instant on.
   bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
   describe(name, end, controlled);
@@ -252,7 +258,10 @@ bool PhaseSegment::await_resume() {
   run_.bodies.time = outcome.end_time;
   run_.identification.end_piece(outcome.integrals);
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
-  const bool law_is_over = run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival);
+  const double condition = outcome.stopped && condition_ ? condition_(outcome.end_time, outcome.end_state) : 1.0;
+  const bool law_is_over =
+      run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, std::min(arrival, condition));
+  run_.condition_met = outcome.stopped && condition_ && !law_is_over && condition <= arrival;
   if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }
@@ -300,17 +309,21 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const double end = task_.end, duration = end - task_.begin;
   const bool any_interval = run_.problem.output_interval > 0;
   const double interval = any_interval ? run_.problem.output_interval : duration;
-  // A power of two, so that the samples' times are exact multiples of the interval.
+  // A power of two, so that instants of the finer grid are, to the bit, instants of the grid of the time series.
   const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
   const long looks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
-  long look = 0;
+  // The time series has the phase's begin and end, and between them the multiples of the interval since t = 0.
+  const double origin = any_interval ? 0 : task_.begin;
+  const auto is_on_grid = [&](double t) { return origin + std::round((t - origin) / interval) * interval == t; };
+  bool first = true;
   const auto observe = [&](const PhaseSample& sample) {
-    run_.monitor.sample(sample, look++ % looks == 0 || sample.time == end);
+    run_.monitor.sample(sample, first || looks == 1 || sample.time == end || is_on_grid(sample.time));
+    first = false;
   };
   const State& start = resumed_ ? elsewhere_->end_state : task_.start;
   const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
-  return simulate_phase(dynamics_, start, begin, end, interval / static_cast<double>(looks), task_.integration, observe,
-                        stop_, probe(), each_step(), resumed_);
+  return simulate_phase(dynamics_, start, begin, end, {interval / static_cast<double>(looks), origin},
+                        task_.integration, observe, stop_, probe(), each_step(), resumed_);
 }
 
 }  // namespace grapnel

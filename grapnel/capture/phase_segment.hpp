@@ -90,7 +90,8 @@ struct MotionPhase {
 bool ends_in_envelopes(const CaptureRun& run);
 
 /// Awaited by the run, it gives the state at its end to the run's bodies and tells the monitor. The awaiting
-/// expression's value: whether its end was reached; false: an end-effector's arrival stopped it before. @throws
+/// expression's value: whether its end was reached; false: an end-effector's arrival, the end of a law or what ends the
+/// phase (CaptureRun::condition_met) stopped it before. @throws
 /// RunFailure if the integration fails.
 class PhaseSegment : public Resumable<PhaseSegment>::Stop {
  public:
@@ -123,8 +124,9 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   CaptureRun& run_;
   const bool observed_;
   PhaseDynamics dynamics_;
-  StopCondition arrival_;  // of an end-effector
-  StopCondition stop_;     // that, or the end of the law that moves the joints
+  StopCondition arrival_;    // of an end-effector
+  StopCondition condition_;  // what ends the phase
+  StopCondition stop_;       // these, or the end of the law that moves the joints
   MotionTask task_;
   bool watched_elsewhere_ = false;          // MotionTask::watch has been called
   std::optional<PhaseOutcome> elsewhere_;   // of the whole, or of a part

@@ -23,13 +23,32 @@ bool is_shared(const CaptureProblem& problem, const std::string& target) {
 std::vector<int> seen_bodies(const CaptureSystem& system) {
   std::vector<int> bodies = carried_bodies(system);
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {  // panels of targets
-    const std::string& name = system.model.bodies()[i].description.name;
-    const bool is_target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
-                                       [&](int f) { return system.model.frames()[f].body == i; });
-    if (name.starts_with(target_body_name("")) && !is_target) bodies.push_back(i);
+    if (belongs_to_targets(system, i) && !system.addresses[static_cast<std::size_t>(i)].is_target_itself())
+      bodies.push_back(i);
   }
   std::erase_if(bodies, [&](int i) { return is_unseen(system.model.bodies()[i].description); });
   return bodies;
+}
+
+// Wheels and gimbals sit at the centre of mass of the base, which is stated with them at gimbal angles of zero: they
+// add angular momentum to that of the base as one rigid body, and no linear momentum.
+Vector3d internal_angular_momentum(const CaptureSystem& system, const Kinematics& k) {
+  const Model& model = system.model;
+  const Posed& X_WB = k.X_WB[system.base];
+  Vector3d momentum = Vector3d::zero();
+  const auto add = [&](int joint, const Rotationd& R_B0) {
+    const int body = model.joints()[joint];
+    const Symmetric3d& I = model.bodies()[body].description.inertia;
+    momentum += rotate(k.X_WB[body].R, I) * k.V_WB[body].angular;
+    momentum -= rotate(X_WB.R * R_B0, I) * k.V_WB[system.base].angular;
+  };
+  const auto mount = [&](int joint) { return model.bodies()[model.joints()[joint]].description.X_PF.R; };
+  for (int wheel : system.wheels) add(wheel, mount(wheel));
+  for (const CaptureSystem::Gyro& gyro : system.gyros) {
+    add(gyro.gimbal, mount(gyro.gimbal));
+    add(gyro.rotor, mount(gyro.gimbal) * mount(gyro.rotor));
+  }
+  return momentum;
 }
 
 }  // namespace
@@ -50,8 +69,15 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     const std::string name = shown_name(system.model.bodies()[i].description.name);
     add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
     add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
+    if (problem.output_links) {
+      add("links/" + name + "/angular_velocity", "rad/s", "angular velocity of the link in W", xyz);
+      add("links/" + name + "/velocity", "m/s", "velocity of the origin of the link's frame in W", xyz);
+    }
     previous_.push_back(Quaterniond::identity());
   }
+  if (problem.output_links && (!system.wheels.empty() || !system.gyros.empty()))
+    add("base/internal_angular_momentum", "N m s",
+        "angular momentum of wheels and gyros beyond that of the base as one rigid body, in W", xyz);
   for (int f : system.end_effectors) add_body("end_effectors/" + system.model.frames()[f].name, "the end-effector");
   for (const TargetSetup& t : problem.targets) add_body("targets/" + t.name, "the target frame");
   for (const GraspSetup& g : problem.grasps) {
@@ -81,9 +107,11 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add("joints/position", "rad", "joint positions" + mixed, joints);
   add("joints/velocity", "rad/s", std::string("joint rates") + (prismatic ? "; m/s where the joint is prismatic" : ""),
       joints);
-  add("joints/reference_position", "rad", "what the joints are to follow; NaN where they follow nothing" + mixed,
+  add("joints/reference_position", "rad",
+      "position that each joint follows or holds; NaN for free joints, at impacts, and under laws without a reference" +
+          mixed,
       joints);
-  add("joints/reference_velocity", "rad/s", "its rate; NaN where the joints follow nothing", joints);
+  add("joints/reference_velocity", "rad/s", "rate of this reference; NaN likewise", joints);
   add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
       joints);
   add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
@@ -100,7 +128,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("elastic/velocity", "rad/s", "its rate", elastic);
   }
   controls_base_ = (problem.approach && problem.approach->base_control) ||
-                   (problem.post_impact && problem.post_impact->base_control) ||
+                   problem.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
                    (problem.control && (problem.control->base_torque ||
                                         (problem.control->log && problem.control->log->tells_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
@@ -116,9 +144,10 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     for (const MomentGyroSetup& gyro : problem.robot.gyros) gyros.push_back(gyro.name);
     add("gyros/angle", "rad", "angles of the control moment gyros' gimbals", gyros);
     add("gyros/rate", "rad/s", "their rates relative to the base", gyros);
+    add("gyros/rotor_rate", "rad/s", "rates of the rotors relative to their gimbals", gyros);
     add("gyros/torque", "N m", "of the gimbals' motors, on the gimbals", gyros);
     add("gyros/spin_torque", "N m", "of the rotors' motors, on the rotors", gyros);
-    add("gyros/momentum", "N m s", "of all rotors in their gimbals, in the base's axes", xyz);
+    add("gyros/momentum", "N m s", "of all rotors relative to their gimbals, in the base's axes", xyz);
     add("gyros/singularity_measure", "1", "root of det(A A^T) of the array: 0 where it is singular",
         {"singularity_measure"});
   }
@@ -186,7 +215,7 @@ ExpectedSeries expected_series(const CaptureProblem& problem) {
     expected.samples += 2 + (problem.output_interval > 0 ? duration / problem.output_interval : 0);
   };
   if (problem.approach) add(problem.approach->duration);
-  if (problem.post_impact) add(problem.post_impact->duration);
+  for (const PostImpactSetup& phase : problem.post_impact) add(phase.duration);
   return expected;
 }
 
@@ -194,9 +223,8 @@ void Recorder::add(std::string path, std::string unit, std::string description, 
   series_.series.push_back({std::move(path), std::move(unit), std::move(description), std::move(components), {}});
 }
 
-void Recorder::begin_phase(const std::string& name, std::span<const JointTrajectory> reference) {
+void Recorder::begin_phase(const std::string& name) {
   series_.phases.push_back(name);
-  reference_ = reference;
   phase_start_.reset();
 }
 
@@ -228,13 +256,24 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
     put(h.angular);
   };
   put_group(robot);
-  for (const TargetSetup& target : problem_.targets) {
-    std::vector<int> bodies;
-    for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
-      if (belongs_to_target(model.bodies()[i].description.name, target.name)) bodies.push_back(i);
-    }
-    put_group(bodies);
+  for (std::size_t t = 0; t < problem_.targets.size(); ++t) put_group(bodies_of_target(system, t));
+}
+
+// What the drives of the phase follow; a law that moves joints together has no reference of one joint.
+void Recorder::put_references(const CaptureSystem& system, const PhaseSample& s) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> rates;
+  for (int j : system.robot_joints) {
+    JointPoint reference{kNone, kNone, 0};
+    const JointDrive drive = s.dynamics ? s.dynamics->setup().drives[j] : JointDrive{};
+    if (drive.control != JointControl::free && !drive.trajectory.pieces.empty())
+      reference = evaluate(drive.trajectory, s.time);
+    series_.series[next_].data.push_back(reference.position);
+    rates.push_back(reference.rate);
   }
+  ++next_;
+  for (double rate : rates) series_.series[next_].data.push_back(rate);
+  ++next_;
 }
 
 void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
@@ -262,11 +301,13 @@ void Recorder::put_gyros(const CaptureSystem& system, const PhaseSample& s) {
     ++next_;
   };
   put_all([&](std::size_t g) { return angles[g]; });
+  const auto rotor_rate = [&](std::size_t g) { return s.state.v[gyros[g].rotor_velocity]; };
   put_all([&](std::size_t g) { return s.state.v[gyros[g].gimbal_velocity]; });
+  put_all(rotor_rate);
   put_all([&](std::size_t g) { return s.motor[gyros[g].gimbal]; });
   put_all([&](std::size_t g) { return s.motor[gyros[g].rotor]; });
   Vector3d momentum = Vector3d::zero();
-  for (std::size_t g = 0; g < gyros.size(); ++g) momentum += momentum_of(gyros[g], angles[g]);
+  for (std::size_t g = 0; g < gyros.size(); ++g) momentum += momentum_of(gyros[g], angles[g], rotor_rate(g));
   put(momentum);
   put(singularity_measure(gyros, angles));
 }
@@ -317,7 +358,12 @@ void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
   for (int i : seen_bodies(system)) {
     put(k.X_WB[i].p);
     put(k.X_WB[i].R, previous_[body++]);
+    if (!problem_.output_links) continue;
+    put(k.V_WB[i].angular);
+    put(k.V_WB[i].linear);
   }
+  if (problem_.output_links && (!system.wheels.empty() || !system.gyros.empty()))
+    put(internal_angular_momentum(system, k));
   for (int f : system.end_effectors) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
   for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
 }
@@ -390,13 +436,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   };
   put_joints([&](int j) { return s.state.q[model.bodies()[model.joints()[j]].q]; });
   put_joints([&](int j) { return s.state.v[model.bodies()[model.joints()[j]].v]; });
-  std::vector<JointPoint> reference(system.robot_joints.size(), {std::numeric_limits<double>::quiet_NaN(),
-                                                                 std::numeric_limits<double>::quiet_NaN(), 0});
-  for (std::size_t j = 0; j < reference_.size(); ++j) reference[j] = evaluate(reference_[j], s.time);
-  for (const JointPoint& p : reference) series_.series[next_].data.push_back(p.position);
-  ++next_;
-  for (const JointPoint& p : reference) series_.series[next_].data.push_back(p.rate);
-  ++next_;
+  put_references(system, s);
   put_joints([&](int j) { return s.motor[j]; });
   put_joints([&](int j) { return s.friction[j]; });
   const auto reaction = [&](int j, Vector3d Wrenchd::*part) {

@@ -32,8 +32,7 @@ class Recorder {
   void stream_to(SeriesSink* sink) { sink_ = sink; }
   /// Whose readings are recorded; they outlive this. Null: nobody's.
   void observe(const SensorRun* sensors) { sensors_ = sensors; }
-  /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
-  void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
+  void begin_phase(const std::string& name);
   /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
   /// `through`: what joints pass on, per body; empty: not known. `impulses`: what each thruster has given so
   /// far [N s]; empty: nothing.
@@ -52,6 +51,7 @@ class Recorder {
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
   void put_wheels(const CaptureSystem& system, const PhaseSample& s);
   void put_gyros(const CaptureSystem& system, const PhaseSample& s);
+  void put_references(const CaptureSystem& system, const PhaseSample& s);
   void put_thrusters(const PhaseSample& s, std::span<const double> impulses);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
@@ -66,7 +66,6 @@ class Recorder {
   std::size_t most_kept_ = 0;          // samples of a block
   std::size_t next_ = 0;               // series to be filled next within a sample
   std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
-  std::span<const JointTrajectory> reference_;
   const MovingFrame frame_;
   PhaseIntegrals finished_;  // sums over finished phases
   /// Of the impulse from outside, weighed with time: [N s^2]; over finished phases, and since the phase's start.

@@ -16,6 +16,8 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       conservation_(problem, free),
       watches_(problem),
       loads_(problem),
+      saturation_(problem),
+      stability_(problem),
       wheels_(problem),
       gyros_(problem),
       thrusters_(problem) {
@@ -28,17 +30,18 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
 // --- Phases of motion ---
 
 void RunMonitor::begin_phase(Phase phase) {
-  name_ = std::move(phase.name), system_ = &phase.system;
-  references_ = std::move(phase.references);
-  if (recorder_) recorder_->begin_phase(name_, references_);
+  name_ = std::move(phase.name), system_ = &phase.system, begin_ = phase.begin;
+  if (recorder_) recorder_->begin_phase(name_);
   conservation_.begin_phase(phase.controlled, phase.dynamics.is_disturbed() || !phase.dynamics.setup().recover_roots);
-  watches_.begin_phase(name_, phase.system, phase.efforts_are_cut);
+  watches_.begin_phase(name_, phase.system, phase.efforts_are_cut, std::move(phase.opened));
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
   gyros_.begin_phase(phase.dynamics);
   thrusters_.begin_phase(phase.system, phase.dynamics);
   wheels_.begin_phase();
+  saturation_.begin_phase(phase.system, phase.dynamics);
+  stability_.begin_phase(name_, phase.system, phase.dynamics, phase.moved_by_law, phase.after_impact);
   kinematics_ = Kinematics(phase.system.model);
   motor_.assign(phase.system.model.joints().size(), 0.0);
 }
@@ -92,17 +95,32 @@ void RunMonitor::restart_watch() {
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!looks_into_steps()) return {};
+  if (!looks_into_steps() && !watches_.watching() && !saturation_.looks()) return {};
   return [this](const PhaseStep& step) {
+    if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
     if (thrusters_.looks()) thrusters_.step(step);
     if (gyros_.looks()) gyros_.step(step);
+    look_at_end(step);
   };
+}
+
+void RunMonitor::look_at_end(const PhaseStep& step) {
+  const bool stability = seeks_stability() && stability_.looks();
+  if (!saturation_.looks() && !stability && !stability_.looks_for_rest()) return;
+  const PhaseSample reached = step.at(step.end);
+  if (saturation_.looks()) saturation_.step(step.begin, reached);
+  if (stability) stability_.step(step.begin, reached, saturation_.base_is_saturated());
+  if (stability_.looks_for_rest()) stability_.step_to_rest(step.begin, reached);
 }
 
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
   result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
   loops_.end_phase(outcome.loops);
+  saturation_.end_phase(outcome.end_time - begin_);
+  thrusters_.end_phase(outcome.end_time - begin_);
+  if (seeks_stability()) stability_.end_phase();
+  end_ = outcome.end_time;
   if (!outcome.finished) return;  // write() ends the others
   if (recorder_) recorder_->end_phase(outcome.integrals);
   conservation_.end_phase(outcome.integrals);
@@ -151,11 +169,11 @@ void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) 
 }
 
 void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met,
-                                      double begin, const std::vector<std::size_t>& closing) {
+                                      double begin, const std::vector<std::size_t>& closing, std::vector<bool> opened) {
   impact_ = {&system, begin, closing, watches_.watching()};  // watched where the approach was: not if the impact alone
                                                              // is asked for
   if (impact_.watched) {
-    watches_.begin_phase(phase, system, false);
+    watches_.begin_phase(phase, system, false, std::move(opened));
     watches_.sample(begin, met, {});
   }
   std::vector<std::string> end_effectors;
@@ -228,6 +246,8 @@ void RunMonitor::write() {
   thrusters_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);
+  saturation_.write(end_, result_);
+  stability_.write(result_);
   if (!result_.ledger.pass()) advise(problem_, conservation_.cause(), result_.ledger);
 }
 

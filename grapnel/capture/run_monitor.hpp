@@ -10,6 +10,8 @@
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/capture/saturation_monitor.hpp"
+#include "grapnel/capture/stability_monitor.hpp"
 #include "grapnel/capture/thruster_monitor.hpp"
 #include "grapnel/capture/wheel_monitor.hpp"
 #include "grapnel/impact_report/compliant_run.hpp"
@@ -30,9 +32,12 @@ class RunMonitor {
     std::string name;
     const CaptureSystem& system;  // this and the next live until the phase ends
     const PhaseDynamics& dynamics;
-    bool controlled = false;                       // motors work in it, or attitude control
-    bool efforts_are_cut = false;                  // drives saturate at the effort limits
-    std::vector<JointTrajectory> references = {};  // what joints are to follow, for the record
+    bool controlled = false;        // motors work in it, or attitude control
+    bool efforts_are_cut = false;   // drives saturate at the effort limits
+    std::vector<bool> opened = {};  // GraspSchedule::opened()
+    double begin = 0;               // [s]
+    bool moved_by_law = false;      // a law moves joints together
+    bool after_impact = false;
   };
   void begin_phase(Phase phase);
   /// Whether samples are recorded.
@@ -43,8 +48,14 @@ class RunMonitor {
   bool watches_closely() const { return watches_.watching(); }
   /// Whether loads are looked for in every step of a phase.
   bool seeks_loads() const { return detail_ != CaptureDetail::columns; }
-  /// Whether something looks into every step of the phase: for loads, plumes, or how gyros are steered.
-  bool looks_into_steps() const { return seeks_loads() || thrusters_.looks() || gyros_.looks(); }
+  /// Whether the stability of control loops is evaluated: with the same detail.
+  bool seeks_stability() const { return seeks_loads(); }
+  /// Whether something needs every step of the phase: loads, plumes, how gyros are steered, or when the system comes to
+  /// rest. Saturation does not: lanes stop where a wheel reaches its largest rate, and have neither gyros nor
+  /// thrusters.
+  bool looks_into_steps() const {
+    return seeks_loads() || thrusters_.looks() || gyros_.looks() || stability_.looks_for_rest();
+  }
   /// Whether the phase needs samples; else looks between steps are enough.
   bool needs_samples() const;
 
@@ -52,7 +63,7 @@ class RunMonitor {
   void sample(const PhaseSample& sample, bool keep);
   /// The ends of some steps, instead of samples.
   void look(double time, const State& state, const PhaseIntegrals& integrals);
-  /// Looks into every step, for loads and plumes; empty where nobody wants to.
+  /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is watched.
   StepProbe load_probe();
   /// Of a phase that is integrated by somebody else: clearance and joint limits,
   void watch(double time, const State& state, std::span<const double> motor);
@@ -79,9 +90,9 @@ class RunMonitor {
   void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
-  /// problem's grasps that close; its samples in turn; its end.
+  /// problem's grasps that close, `opened` GraspSchedule::opened(); its samples in turn; its end.
   void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
-                            const std::vector<std::size_t>& closing);
+                            const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void look_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const CompliantRun& run);
   /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.
@@ -99,6 +110,7 @@ class RunMonitor {
   void write();
 
  private:
+  void look_at_end(const PhaseStep& step);
   std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const;
   /// `grasps`: per grasp of the problem; empty: none holds.
   void instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
@@ -121,17 +133,19 @@ class RunMonitor {
   SafetyMonitor watches_;
   LoopMonitor loops_;
   LoadMonitor loads_;
+  SaturationMonitor saturation_;
+  StabilityMonitor stability_;
   WheelMonitor wheels_;
   GyroMonitor gyros_;
   JointMonitor joints_;
   ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;
   ImpactInTime impact_;
-  double last_look_ = 0;
+  double last_look_ = 0, end_ = 0;
   // The phase under way:
   std::string name_;
+  double begin_ = 0;
   const CaptureSystem* system_ = nullptr;
-  std::vector<JointTrajectory> references_;
   Kinematics kinematics_;
   std::vector<double> motor_;
 };

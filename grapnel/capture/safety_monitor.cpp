@@ -41,10 +41,13 @@ std::string clearance_not_checked(const CaptureProblem& problem) {
 SafetyMonitor::SafetyMonitor(const CaptureProblem& problem)
     : problem_(problem), clearance_(problem.clearance.required) {}
 
-void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut) {
+void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut,
+                                std::vector<bool> opened) {
   open_ = any_phase_ = true;
   name_ = name, system_ = &system.model, efforts_are_cut_ = efforts_are_cut;
-  model_ = make_clearance_model(problem_, system);
+  opened_ = std::move(opened);
+  model_ = make_clearance_model(problem_, system, opened_);
+  parting_ = hand_pairs(problem_, system, model_, opened_);
   any_pair_ = any_pair_ || !model_.pairs().empty();
   begin();
   for (int body : system.model.joints()) {
@@ -56,9 +59,10 @@ void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& sy
 }
 
 void SafetyMonitor::begin() {
-  clearance_.begin_phase(name_, *system_, model_);
+  clearance_.begin_phase(name_, *system_, model_, parting_);
   limits_.emplace(efforts_are_cut_);
   limits_->begin_phase(name_, *system_);
+  step_end_.reset();
 }
 
 void SafetyMonitor::restart_phase() {
@@ -70,6 +74,19 @@ double SafetyMonitor::sample(double time, const State& state, std::span<const do
   if (any_limit()) limits_->sample(time, state, motor);
   if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
   return clearance_.sample(time, state).distance;
+}
+
+void SafetyMonitor::step(const PhaseStep& step) {
+  if (any_limit()) limits_->step(step.begin, step.end, step.fresh, step.state_at);
+  if (model_.pairs().empty()) return;
+  if (step.fresh && step_end_) {
+    const State& after = step.state_at(step.begin);
+    if (after.v != step_end_->v) {
+      clearance_.sample(step.begin, *step_end_);
+      clearance_.sample(step.begin, after);
+    }
+  }
+  step_end_ = step.state_at(step.end);
 }
 
 double SafetyMonitor::instant(const CaptureSystem& system, const Kinematics& kinematics) const {
@@ -121,8 +138,8 @@ void SafetyMonitor::write_events(CaptureResult& result) {
 
 void SafetyMonitor::write_rows(CaptureResult& result) const {
   double overlap = 0;
-  for (const MinimumClearance& least : result.clearance)
-    overlap = std::max(overlap, problem_.clearance.required - least.distance);
+  for (const ClearanceEvent& event : result.clearance_events)
+    overlap = std::max(overlap, event.required - event.least.distance);
   const auto excess = [&](LimitKind kind) {
     double largest = 0;
     for (const LimitEvent& e : limit_events_) {

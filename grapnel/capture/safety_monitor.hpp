@@ -18,8 +18,11 @@ namespace grapnel {
 class SafetyMonitor {
  public:
   explicit SafetyMonitor(const CaptureProblem& problem);
-  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
-  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
+  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits. `opened`:
+  /// per grasp, whether it has been decided on and does not hold (any more), so that its end-effector is checked
+  /// against its target.
+  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut,
+                   std::vector<bool> opened);
   /// Whether there is anything to watch in the phase.
   bool watching() const { return any_limit() || !model_.pairs().empty(); }
   bool watches_efforts() const { return any_effort_limit_; }
@@ -28,6 +31,9 @@ class SafetyMonitor {
   /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
   /// minimum clearance of all pairs there [m]; NaN where nothing is watched.
   double sample(double time, const State& state, std::span<const double> motor);
+  /// The next step, before the samples in it: joint limits are judged on its dense output; where rates jump between two
+  /// steps, the clearance is sampled on both sides of the jump.
+  void step(const PhaseStep& step);
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
@@ -49,9 +55,12 @@ class SafetyMonitor {
   const Model* system_ = nullptr;
   bool efforts_are_cut_ = false;
   ClearanceModel model_;
+  std::vector<bool> opened_;  // grasps
+  std::vector<int> parting_;  // pairs of the model: their end-effectors and targets
   ClearanceWatch clearance_;
   std::optional<LimitWatch> limits_;
   std::vector<LimitEvent> limit_events_;
+  std::optional<State> step_end_;  // of the last step
   bool open_ = false;
   bool any_pair_ = false, any_phase_ = false;
   bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;

@@ -131,13 +131,72 @@ bool SensorRun::needs_forces() const { return !setup_.wrists.empty() && system_ 
 void SensorRun::read(const PhaseSample& sample, State& seen) {
   const long tick = std::lround(sample.time / period_);
   const State& truth = sample.state;
-  if (joints_) read_joints(tick, sample.time, truth, seen);
-  if (gyro_) read_gyro(tick, truth, seen);
-  if (attitude_) read_attitude(tick, truth, seen);
-  if (wheels_) read_wheels(tick, truth, seen);
+  read_motion(sample.time, truth, seen);
   if (!forces_.empty()) read_wrists(tick, sample);
   if (!positions_.empty()) read_targets(tick, sample.time, truth);
   identification_.take(*system_, sample, seen);
+}
+
+void SensorRun::read_motion(double time, const State& truth, State& seen) {
+  const long tick = std::lround(time / period_);
+  if (joints_) read_joints(tick, time, truth, seen);
+  if (gyro_) read_gyro(tick, truth, seen);
+  if (attitude_) read_attitude(tick, time, truth, seen);
+  if (wheels_) read_wheels(tick, truth, seen);
+}
+
+// Whether the time is a tick at which the sensor is read, and that reading is still to be taken.
+bool SensorRun::takes_reading_at(const Channels& c, double time, double last_time) const {
+  const double same = 1e-9 * std::max(period_, std::abs(time));
+  const long tick = std::lround(time / period_);
+  if (!c.held.empty() && std::abs(last_time - time) <= same) return false;
+  return std::abs(static_cast<double>(tick) * period_ - time) <= same && due(c, tick);
+}
+
+State SensorRun::known_posture(const CaptureSystem& system, const State& truth, double time) const {
+  State known = truth;
+  if (joints_) {
+    std::vector<double> readings = joints_->held;
+    if (readings.empty() || takes_reading_at(*joints_, time, joints_time_)) readings = joint_readings(system, truth);
+    for (std::size_t j = 0; j < readings.size(); ++j) known.q[body_of(system, system.robot_joints[j]).q] = readings[j];
+  }
+  if (attitude_ && system.model.has_free_root(system.base)) {
+    const int q = system.model.bodies()[system.base].q + 3;
+    std::vector<double> reading = attitude_->held;
+    if (reading.empty() || takes_reading_at(*attitude_, time, attitude_time_)) {
+      const Quaterniond read = attitude_reading(root_pose(system.model, truth, system.base).R);
+      reading = {read.w, read.x, read.y, read.z};
+    }
+    std::copy_n(reading.begin(), 4, known.q.begin() + q);
+  }
+  return known;
+}
+
+// The next reading of the encoders, (20.1).
+std::vector<double> SensorRun::joint_readings(const CaptureSystem& system, const State& truth) const {
+  const JointSensors& sensor = *setup_.joints;
+  std::vector<double> readings;
+  for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    double noisy = truth.q[body_of(system, system.robot_joints[j]).q] + (sensor.bias.empty() ? 0 : sensor.bias[j]);
+    if (sensor.noise > 0) noisy += sensor.noise * normal(*joints_, j);
+    readings.push_back(quantized(noisy, sensor.position_quantum()));
+  }
+  return readings;
+}
+
+// The next reading of the attitude, (20.3).
+Quaterniond SensorRun::attitude_reading(const Rotationd& R_WB) const {
+  const AttitudeSensor& sensor = *setup_.attitude;
+  Vector3d error = sensor.bias;
+  for (int k = 0; k < 3 && sensor.noise > 0; ++k)
+    error[k] += sensor.noise * normal(*attitude_, static_cast<std::size_t>(k));
+  Rotationd R = R_WB * rotation_by(error);
+  if (sensor.quantum > 0) {
+    Vector3d turn = rotation_vector(R);
+    for (double& x : turn.e) x = quantized(x, sensor.quantum);
+    R = rotation_by(turn);
+  }
+  return quaternion_from(R);
 }
 
 void SensorRun::read_joints(long tick, double time, const State& truth, State& seen) {
@@ -145,15 +204,10 @@ void SensorRun::read_joints(long tick, double time, const State& truth, State& s
   const std::size_t n = system_->robot_joints.size();
   if (due(*joints_, tick)) {
     last_position_ = joints_->held;
-    joints_->held.resize(n), rates_->held.resize(n);
-    for (std::size_t j = 0; j < n; ++j) {
-      const double x = truth.q[body_of(*system_, system_->robot_joints[j]).q];
-      const double bias = sensor.bias.empty() ? 0 : sensor.bias[j];
-      double noisy = x + bias;
-      if (sensor.noise > 0) noisy += sensor.noise * normal(*joints_, j);
-      joints_->held[j] = quantized(noisy, sensor.position_quantum());
-      note(*joints_, joints_->held[j] - x);
-    }
+    rates_->held.resize(n);
+    joints_->held = joint_readings(*system_, truth);
+    for (std::size_t j = 0; j < n; ++j)
+      note(*joints_, joints_->held[j] - truth.q[body_of(*system_, system_->robot_joints[j]).q]);
     ++joints_->taken;
     read_joint_rates(time, truth);
     joints_time_ = time;
@@ -203,26 +257,17 @@ void SensorRun::read_gyro(long tick, const State& truth, State& seen) {
   if (!gyro_->held.empty()) std::copy_n(gyro_->held.begin(), 3, seen.v.begin() + v);
 }
 
-void SensorRun::read_attitude(long tick, const State& truth, State& seen) {
+void SensorRun::read_attitude(long tick, double time, const State& truth, State& seen) {
   if (!system_->model.has_free_root(system_->base)) return;
-  const AttitudeSensor& sensor = *setup_.attitude;
   const int q = system_->model.bodies()[system_->base].q + 3;
   if (due(*attitude_, tick)) {
-    Vector3d error = sensor.bias;
-    for (int k = 0; k < 3 && sensor.noise > 0; ++k)
-      error[k] += sensor.noise * normal(*attitude_, static_cast<std::size_t>(k));
     const Rotationd R_WB = rotation_matrix(Quaterniond{truth.q[q], truth.q[q + 1], truth.q[q + 2], truth.q[q + 3]});
-    Rotationd R = R_WB * rotation_by(error);  // (20.3)
-    if (sensor.quantum > 0) {
-      Vector3d turn = rotation_vector(R);
-      for (double& x : turn.e) x = quantized(x, sensor.quantum);
-      R = rotation_by(turn);
-    }
-    const Quaterniond read = quaternion_from(R);
+    const Quaterniond read = attitude_reading(R_WB);
     attitude_->held = {read.w, read.x, read.y, read.z};
-    const Vector3d off = rotation_vector(transpose(R_WB) * R);
+    const Vector3d off = rotation_vector(transpose(R_WB) * rotation_matrix(read));
     for (double x : off.e) note(*attitude_, x);
     ++attitude_->taken;
+    attitude_time_ = time;
   }
   if (!attitude_->held.empty()) std::copy_n(attitude_->held.begin(), 4, seen.q.begin() + q);
 }

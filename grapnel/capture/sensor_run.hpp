@@ -34,6 +34,14 @@ class SensorRun : public SensorReader {
   /// A piece of motion begins; `system` lives until it ends.
   void begin_piece(const CaptureSystem& system);
 
+  /// The state at `time`, between two pieces of motion, with joint positions and the base's attitude as a law that
+  /// takes its set point from them knows them: by the reading that the tick at `time` takes, else by the last one.
+  /// Other numbers, and those without a sensor, are the true ones. Takes no reading.
+  State known_posture(const CaptureSystem& system, const State& truth, double time) const;
+  /// A tick in which only joints, gyro, attitude and wheels are read, in the present piece's system. Thread safety as
+  /// read().
+  void read_motion(double time, const State& truth, State& seen);
+
   bool needs_forces() const override;
   void read(const PhaseSample& sample, State& seen) override;
   const SensorReadings& readings() const override { return readings_; }
@@ -72,10 +80,13 @@ class SensorRun : public SensorReader {
   bool due(const Channels& channels, long tick) const { return tick % channels.every == 0; }
   double normal(const Channels& channels, std::size_t channel) const;
   static void note(Channels& channels, double error);
+  bool takes_reading_at(const Channels& channels, double time, double last_time) const;
+  std::vector<double> joint_readings(const CaptureSystem& system, const State& truth) const;
+  Quaterniond attitude_reading(const Rotationd& R_WB) const;
   void read_joints(long tick, double time, const State& truth, State& seen);
   void read_joint_rates(double time, const State& truth);
   void read_gyro(long tick, const State& truth, State& seen);
-  void read_attitude(long tick, const State& truth, State& seen);
+  void read_attitude(long tick, double time, const State& truth, State& seen);
   void read_wheels(long tick, const State& truth, State& seen);
   void read_wrists(long tick, const PhaseSample& sample);
   void read_targets(long tick, double time, const State& truth);
@@ -88,7 +99,7 @@ class SensorRun : public SensorReader {
   IdentificationRun& identification_;
   const CaptureSystem* system_ = nullptr;
   std::optional<Channels> joints_, rates_, gyro_, attitude_, wheels_;
-  double joints_time_ = 0;  // of the last reading of positions
+  double joints_time_ = 0, attitude_time_ = 0;  // of the last readings
   std::vector<double> last_position_;
   std::vector<Channels> forces_, torques_;                // per wrist sensor
   std::vector<Channels> positions_, turns_, velocities_;  // per relative pose sensor

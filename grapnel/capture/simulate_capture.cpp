@@ -11,7 +11,10 @@
 #include "grapnel/approach/navigation.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
+#include "grapnel/capture/implausible_efforts.hpp"
+#include "grapnel/capture/motion_phases.hpp"
 #include "grapnel/capture/replanning.hpp"
+#include "grapnel/capture/sampled_gains.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
@@ -25,7 +28,6 @@ void warn_of_comparisons(CaptureRun& run);
 void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen);
 MotionPhase begin_approach(CaptureRun& run);
 bool goes_on(const CaptureRun& run);
-MotionPhase begin_post_impact(CaptureRun& run);
 void check_and_report(CaptureRun& run);
 
 // A capture from its plan to its report, or its impact alone. Stops at every piece of motion; who resumes it may have
@@ -55,17 +57,21 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
     run.joints.settle_all(run.bodies);
     const bool closed = close_grasps(run, run.schedule.due_together(run.bodies.time));
 
-    // Motion after the impact: pieces between releases, and grasps that close later.
+    // Motion after the impact, or without one: phase by phase, each in pieces between releases, grasps that close later
+    // and what ends it.
     if (part == CaptureSteps::Part::whole && goes_on(run)) {
       if (!closed) stop_joints(run);
-      MotionPhase post_impact = begin_post_impact(run);
-      while (close_due_grasps(run, post_impact)) {
-        PhaseSegment segment(run, post_impact);
-        const bool reached_event = co_await segment;
-        run.identification.conclude(run.bodies.system, run.bodies.time);
-        if (reached_event) release_due_grasps(run, post_impact);
+      for (bool any_left = true; any_left;) {
+        MotionPhase phase = begin_motion_phase(run);
+        while (moves_on(run, phase)) {
+          PhaseSegment segment(run, phase);
+          const bool reached_event = co_await segment;
+          run.identification.conclude(run.bodies.system, run.bodies.time);
+          if (reached_event) release_due_grasps(run, phase);
+        }
+        any_left = end_motion_phase(run, phase);
       }
-      run.result.post_impact_end = run.describe_now();
+      run.result.post_impact_end = run.result.phases.back().at_end;
     }
     run.result.status = CaptureStatus::completed;
   } catch (const std::runtime_error& error) {
@@ -115,8 +121,7 @@ void look_at_vibrations(CaptureRun& run) {
   constexpr double kMostPeriods = 1e6;
   const double fastest = fastest_vibration(run.bodies.system, run.bodies.state);
   const CaptureProblem& problem = run.problem;
-  const double duration =
-      (problem.approach ? problem.approach->duration : 0) + (problem.post_impact ? problem.post_impact->duration : 0);
+  const double duration = (problem.approach ? problem.approach->duration : 0) + problem.post_impact.total_duration();
   if (fastest * duration > kMostPeriods) {
     throw RunFailure(fmt::format(
         "what bends vibrates at up to {:.3g} Hz, {:.3g} periods in {:.6g} s, and each takes steps of its own; at most "
@@ -156,22 +161,16 @@ MotionPhase begin_approach(CaptureRun& run) {
   const ApproachSetup& setup = *run.problem.approach;
   run.result.approach_start = run.describe_now();
   run.joints.control_attitude(setup.base_control, run.bodies);
+  run.unstable_gains = unstable_gains(run, true);
+  for (const std::string& text : run.unstable_gains) run.result.warnings.push_back(text);
   return {"approach", 0, setup.duration};
 }
 
-// Whether there is motion after the approach's end: something has been met, or still may be.
+// Whether there is motion after the approach's end: something has been met, or still may be, or nothing is to be
+// captured.
 bool goes_on(const CaptureRun& run) {
-  return run.problem.impact && run.problem.post_impact &&
-         (!run.bodies.held.empty() || run.rebounded || run.schedule.any_left());
-}
-
-MotionPhase begin_post_impact(CaptureRun& run) {
-  const PostImpactSetup& setup = *run.problem.post_impact;
-  run.joints.control_attitude(setup.base_control, run.bodies);
-  run.joints.begin_post_impact(run.bodies.time);
-  run.identification.begin_post_impact(run.bodies.time);
-  run.law.begin_post_impact(run.bodies.system, run.bodies.state);
-  return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
+  if (!run.problem.post_impact) return false;
+  return !run.problem.impact || !run.bodies.held.empty() || run.rebounded || run.schedule.any_left();
 }
 
 // --- Checks and report ---
@@ -181,6 +180,7 @@ void check_and_report(CaptureRun& run) {
   run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
   run.law.write(result);
+  for (std::string& warning : implausible_efforts(run.problem, result)) result.warnings.push_back(std::move(warning));
   run.identification.write(result);
   if (run.sensors) result.sensors = run.sensors->reports();
   if (result.status != CaptureStatus::completed) return;
@@ -226,6 +226,7 @@ struct CaptureSteps::Work {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
     result.status = CaptureStatus::failed;  // until it has been completed
+    result.without_impact = !problem.impact;
     if (const auto& control = problem.control)
       result.control = {control->timing.period, control->timing.delay,
                         control->plugin.empty() ? control->fmu : control->plugin, control->sha256};

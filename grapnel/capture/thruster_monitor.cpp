@@ -33,26 +33,26 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   system_ = &system;
   watched_.clear();
   const BaseActuators& actuators = dynamics.setup().actuators;
-  if (!actuators.thrusters) return;
+  fires_ = actuators.thrusters != nullptr;
+  if (!fires_) return;
   bank_ = actuators.thrusters;
   dumps_ = dumps_ || actuators.dumping.has_value();
   const std::vector<ThrusterSetup>& thrusters = problem_.robot.thrusters;
   if (std::none_of(thrusters.begin(), thrusters.end(), [](const ThrusterSetup& t) { return t.plume.has_value(); }))
     return;
   kinematics_ = Kinematics(system.model);
-  for (std::size_t i = 0; i < system.model.bodies().size(); ++i) {
-    const int body = static_cast<int>(i);
-    const BodyDescription& description = system.model.bodies()[i].description;
-    if (body == system.base || is_inside_base(description.name) || is_unseen(description)) continue;
-    std::vector<Geometry> shapes = shapes_of(problem_.robot, description.name);
-    for (const TargetSetup& target : problem_.targets) {
-      if (target_body_name(target.name) == description.name) shapes = target.geometry;
+  const std::vector<PlacedShape> shapes = shapes_in_model(problem_, system);
+  for (int body = 0; body < static_cast<int>(system.model.bodies().size()); ++body) {
+    const BodyDescription& description = system.model.bodies()[body].description;
+    if (body == system.base || is_inside_base(system, body) || is_unseen(description)) continue;
+    const std::string name = shown_name(description.name);
+    bool any = false;
+    for (const PlacedShape& shape : shapes) {
+      if (shape.body != body) continue;
+      any = true;
+      for (const Vector3d& p : points_of(shape.geometry)) watched_.push_back({body, p, name});
     }
-    const Posed own = own_frame(system.model, body);
-    for (const Geometry& shape : shapes) {
-      for (const Vector3d& p : points_of(shape)) watched_.push_back({body, own * p, description.name});
-    }
-    if (shapes.empty()) watched_.push_back({body, description.com, description.name});
+    if (!any) watched_.push_back({body, description.com, name});
   }
 }
 
@@ -102,6 +102,7 @@ void ThrusterMonitor::write(CaptureResult& result) const {
     if (!bank_) continue;
     const ThrusterBank::Use use = bank_->use(i);
     each.firings = use.firings, each.on_time = use.on_time, each.impulse = use.impulse;
+    each.duty = at_work_ > 0 ? std::min(1.0, use.on_time / at_work_) : 0;
     each.propellant = use.impulse / (thruster.specific_impulse * kStandardGravity);
     report.propellant += each.propellant;
   }

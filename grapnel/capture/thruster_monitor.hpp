@@ -23,6 +23,8 @@ class ThrusterMonitor {
   /// Whether steps are to be looked into: thrusters with plumes may fire.
   bool looks() const { return !watched_.empty(); }
   void step(const PhaseStep& step);
+  /// The piece took this time [s].
+  void end_phase(double duration) { at_work_ += fires_ ? duration : 0; }
   /// What each thruster has given until a time of the piece at hand, or so far [N s]; empty until a phase has thrusters
   /// at work.
   std::vector<double> impulses(double time) const;
@@ -45,6 +47,8 @@ class ThrusterMonitor {
   Kinematics kinematics_;
   std::vector<PlumeHazard> hazards_;
   bool dumps_ = false;
+  bool fires_ = false;  // thrusters are at work in the piece
+  double at_work_ = 0;  // [s]
 };
 
 }  // namespace grapnel

@@ -174,12 +174,17 @@ double ClearanceModel::speed_bound(int pair, const Kinematics& kinematics) const
   return norm(v_B - v_A) + norm(V_WB.angular - V_WA.angular) * bounds_[p.shape_b].reach;
 }
 
-Clearance ClearanceModel::minimum(const Kinematics& kinematics) const {
+Clearance ClearanceModel::minimum(const Kinematics& kinematics, const std::vector<bool>& left_out) const {
   Clearance best;
-  if (pairs_.empty()) return best;
+  std::vector<int> counted;
+  for (int i = 0; i < static_cast<int>(pairs_.size()); ++i) {
+    if (left_out.empty() || !left_out[static_cast<std::size_t>(i)]) counted.push_back(i);
+  }
+  if (counted.empty()) return best;
   std::vector<PlacedBounds> at(shapes_.size());
   for (int i = 0; i < static_cast<int>(at.size()); ++i) at[i] = placed(i, kinematics);
-  const auto bound = [&](const ClearancePair& p) {
+  const auto bound = [&](int pair) {
+    const ClearancePair& p = pairs_[pair];
     return sphere_bound(p, at[p.shape_a].center, at[p.shape_b].center);
   };
   const auto measure = [&](int pair) {
@@ -189,12 +194,11 @@ Clearance ClearanceModel::minimum(const Kinematics& kinematics) const {
     }
   };
   // First the pair that looks nearest: most others are then excluded by their spheres alone.
-  const auto nearest = std::ranges::min_element(pairs_, {}, bound);
-  const int first = static_cast<int>(nearest - pairs_.begin());
+  const int first = *std::ranges::min_element(counted, {}, bound);
   measure(first);
-  for (int i = 0; i < static_cast<int>(pairs_.size()); ++i) {
+  for (int i : counted) {
     const ClearancePair& p = pairs_[i];
-    if (i == first || bound(p) >= best.distance) continue;
+    if (i == first || bound(i) >= best.distance) continue;
     // Depths of cylinders are upper bounds, which those of capsules need not be below; so capsules exclude only pairs
     // that do not overlap.
     if (capsule_bound(p, at[p.shape_a], at[p.shape_b]) >= std::max(best.distance, 0.0)) continue;

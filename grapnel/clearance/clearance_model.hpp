@@ -88,8 +88,8 @@ class ClearanceModel {
   const std::vector<ClearancePair>& pairs() const { return pairs_; }
 
   /// The minimum distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
-  /// Allocates a few numbers per shape.
-  Clearance minimum(const Kinematics& kinematics) const;
+  /// Allocates a few numbers per shape. `left_out`: per pair, whether it does not count; empty: all count.
+  Clearance minimum(const Kinematics& kinematics, const std::vector<bool>& left_out = {}) const;
   /// A number not below the distance of a shape's farthest point from a point of its body, in the body's frame [m].
   double farthest(int shape, const Vector3d& p_B) const {
     return norm(bounds_[static_cast<std::size_t>(shape)].center - p_B) + bounds_[static_cast<std::size_t>(shape)].reach;

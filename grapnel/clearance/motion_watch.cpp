@@ -55,13 +55,61 @@ ClearanceWatch::ClearanceWatch(double required) : required_(required) {
   if (std::isnan(required)) throw std::invalid_argument("ClearanceWatch: the required clearance is not a number");
 }
 
-void ClearanceWatch::begin_phase(std::string name, const Model& model, const ClearanceModel& clearance) {
+void ClearanceWatch::begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
+                                 std::span<const int> parting) {
   if (phase_) throw std::logic_error("ClearanceWatch: phase '" + phase_->name + "' has not ended");
   const std::size_t pairs = clearance.pairs().size();
   Sample sample{0, zero_state(model), Kinematics(model), std::vector<double>(pairs), std::vector<double>(pairs)};
-  phase_.emplace(Phase{name, &model, &clearance, sample, sample, false, MotionSegment(model), zero_state(model),
-                       Kinematics(model), std::vector<int>(pairs, -1), events_.size()});
+  phase_.emplace(Phase{name,
+                       &model,
+                       &clearance,
+                       sample,
+                       sample,
+                       false,
+                       MotionSegment(model),
+                       zero_state(model),
+                       Kinematics(model),
+                       std::vector<int>(pairs, -1),
+                       events_.size(),
+                       std::vector<double>(pairs, required_),
+                       {parting.begin(), parting.end()},
+                       std::vector<bool>(parting.empty() ? 0 : pairs, false),
+                       reached_});
+  // Pairs that are not parting any more, as those that are held again, forget how far they came.
+  std::map<std::pair<int, int>, double> still;
+  for (int pair : parting) {
+    if (const auto known = reached_.find(shapes_of(pair)); known != reached_.end()) still.insert(*known);
+  }
+  reached_ = std::move(still);
+  for (const auto& [shapes, distance] : reached_) {
+    for (int pair : parting) {
+      if (shapes_of(pair) == shapes) require(pair, distance);
+    }
+  }
   least_.emplace_back().phase = std::move(name);
+}
+
+std::pair<int, int> ClearanceWatch::shapes_of(int pair) const {
+  const ClearancePair& p = phase_->clearance->pairs().at(pair);
+  return {p.shape_a, p.shape_b};
+}
+
+void ClearanceWatch::require(int pair, double reached) {
+  // Depths are searched for, and touching pairs are known to rounding.
+  constexpr double kOfDepth = 0.02, kOfTouch = 1e-6;  // [m]
+  const double depth = std::max(0.0, -reached);
+  phase_->required[pair] = reached < required_ + kOfTouch ? -(1 + kOfDepth) * depth - kOfTouch : required_;
+}
+
+// Before anything else is found of the next sample.
+void ClearanceWatch::follow_parting() {
+  for (int pair : phase_->parting) {
+    const double distance = phase_->clearance->distance(pair, phase_->next.kinematics).distance;
+    const auto [known, is_first] = reached_.try_emplace(shapes_of(pair), distance);
+    if (is_first) require(pair, distance);
+    phase_->left_out[static_cast<std::size_t>(pair)] =
+        phase_->required[pair] < required_ && !(distance < phase_->required[pair]);
+  }
 }
 
 void ClearanceWatch::fill(double time, const State& state, Sample& sample) const {
@@ -80,7 +128,8 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
     throw std::invalid_argument("ClearanceWatch: the time goes backwards in phase '" + phase_->name + "'");
   }
   fill(time, state, phase_->next);
-  const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics);
+  follow_parting();
+  const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics, phase_->left_out);
   MinimumClearance& least = least_.back();
   if (clearance.distance < least.distance) {
     note_least(clearance.pair, time, {clearance.distance, clearance.point_a, clearance.point_b, clearance.normal},
@@ -90,6 +139,11 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
     watch_between();
   } else {
     watch_first();
+  }
+  for (int pair : phase_->parting) {
+    double& reached = reached_.at(shapes_of(pair));
+    reached = std::max(reached, phase_->clearance->distance(pair, phase_->next.kinematics).distance);
+    require(pair, reached);
   }
   std::swap(phase_->last, phase_->next);
   phase_->has_sample = true;
@@ -109,6 +163,7 @@ void ClearanceWatch::forget_phase() {
   if (!phase_) throw std::logic_error("ClearanceWatch: forget_phase outside a phase");
   events_.resize(phase_->events_before);
   least_.pop_back();
+  reached_ = phase_->reached_before;
   phase_.reset();
 }
 
@@ -128,9 +183,9 @@ ShapeDistance ClearanceWatch::distance_at(int pair, double time) {
 void ClearanceWatch::watch_first() {
   const Sample& next = phase_->next;
   for (int i = 0; i < static_cast<int>(next.bound.size()); ++i) {
-    if (next.bound[i] >= required_) continue;
+    if (next.bound[i] >= phase_->required[i]) continue;
     const ShapeDistance d = phase_->clearance->distance(i, next.kinematics);
-    if (d.distance < required_) note_event(i, next.time, d);
+    if (d.distance < phase_->required[i]) note_event(i, next.time, d);
   }
 }
 
@@ -167,7 +222,8 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
   }
   const double nearest = golden_minimum([&](double t) { return distance_at(pair, t).distance; }, last.time, next.time);
   const ShapeDistance at_nearest = distance_at(pair, nearest);
-  if (at_nearest.distance < least_.back().distance) note_least(pair, nearest, at_nearest, least_.back());
+  const bool counts = phase_->required[pair] == required_ || at_nearest.distance < phase_->required[pair];
+  if (counts && at_nearest.distance < least_.back().distance) note_least(pair, nearest, at_nearest, least_.back());
   watch_piece(pair, last.time, at_last, nearest, at_nearest);
   watch_piece(pair, nearest, at_nearest, next.time, at_next);
 }
@@ -175,7 +231,8 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
 // A time in which the distance of a pair does not turn.
 void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end,
                                  const ShapeDistance& at_end) {
-  const bool below_begin = at_begin.distance < required_, below_end = at_end.distance < required_;
+  const double required = phase_->required[pair];
+  const bool below_begin = at_begin.distance < required, below_end = at_end.distance < required;
   const auto crosses = [&](double level) {
     return crossing([&](double t) { return distance_at(pair, t).distance - level; }, begin, end,
                     at_begin.distance - level);
@@ -183,7 +240,7 @@ void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at
   double time = begin;
   if (below_begin) note_event(pair, begin, at_begin);
   if (below_begin != below_end) {
-    time = crosses(required_);
+    time = crosses(required);
     if (below_end) note_event(pair, time, distance_at(pair, time));
     if (!below_end) {
       events_[phase_->open_event[pair]].end_time = time;
@@ -192,7 +249,7 @@ void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at
   }
   if (!below_end) return;
   const bool overlaps = events_[phase_->open_event[pair]].overlap_begin.has_value();
-  if (at_end.distance < 0 && !overlaps) note_overlap(pair, required_ == 0 ? time : crosses(0));
+  if (at_end.distance < 0 && !overlaps) note_overlap(pair, required <= 0 ? time : crosses(0));
   note_event(pair, end, at_end);
 }
 
@@ -263,7 +320,7 @@ void LimitWatch::begin_phase(std::string name, const Model& model) {
 void LimitWatch::sample(double time, const State& state, std::span<const double> efforts) {
   if (!phase_) throw std::logic_error("LimitWatch: sample outside a phase");
   const Model& model = *phase_->model;
-  if (phase_->has_sample && !(time >= phase_->time)) {
+  if (!phase_->by_steps && phase_->has_sample && !(time >= phase_->time)) {
     throw std::invalid_argument("LimitWatch: the time goes backwards in phase '" + phase_->name + "'");
   }
   if (static_cast<int>(state.q.size()) != model.coordinates() ||
@@ -275,14 +332,99 @@ void LimitWatch::sample(double time, const State& state, std::span<const double>
   }
   for (Monitor& monitor : phase_->monitors) {
     if (monitor.kind == LimitKind::position || monitor.kind == LimitKind::rate) {
-      watch_motion(monitor, time, state);
+      if (!phase_->by_steps) watch_motion(monitor, time, state);
     } else if (!efforts.empty()) {
       watch_sample(monitor, {time, efforts[monitor.joint]});
     }
   }
+  if (phase_->by_steps) return;
   phase_->has_sample = true;
   phase_->time = time;
   phase_->state = state;
+}
+
+void LimitWatch::step(double begin, double end, bool fresh, const StateAt& at) {
+  if (!phase_) throw std::logic_error("LimitWatch: step outside a phase");
+  const bool continues = phase_->by_steps && !fresh && phase_->time == begin;
+  if (!continues) phase_->state = at(begin), phase_->time = begin;
+  const State first = phase_->state;
+  phase_->has_sample = phase_->by_steps = true;
+  phase_->state = at(end), phase_->time = end;
+  std::vector<State> inside;  // made once a monitor needs them
+  std::vector<Instant> instants;
+  for (Monitor& monitor : phase_->monitors) {
+    if (monitor.kind != LimitKind::position && monitor.kind != LimitKind::rate) continue;
+    const Instant a = instant_of(monitor, begin, first), b = instant_of(monitor, end, phase_->state);
+    if (!may_pass(monitor, a, b)) {
+      monitor.open_event = -1;
+      continue;
+    }
+    const auto time_of = [&](int part) { return begin + (end - begin) * part / kParts; };
+    for (int part = static_cast<int>(inside.size()) + 1; part < kParts; ++part) inside.push_back(at(time_of(part)));
+    instants.assign(1, a);
+    for (int part = 1; part < kParts; ++part)
+      instants.push_back(instant_of(monitor, time_of(part), inside[static_cast<std::size_t>(part) - 1]));
+    instants.push_back(b);
+    watch_parts(monitor, instants, at);
+  }
+}
+
+LimitWatch::Instant LimitWatch::instant_of(const Monitor& monitor, double time, const State& state) const {
+  const Body& body = phase_->model->bodies()[phase_->model->joints()[monitor.joint]];
+  return {time, state.q[body.q], state.v[body.v]};
+}
+
+// Whether the joint can pass the limit between two instants of a smooth motion. Where rates at both ends and the mean
+// rate agree, the motion between them is as simple; the margin is a multiple of their disagreement.
+bool LimitWatch::may_pass(const Monitor& monitor, const Instant& a, const Instant& b) {
+  constexpr double kMargin = 4;
+  const double h = b.time - a.time, mean = h > 0 ? (b.position - a.position) / h : a.rate;
+  const double change = std::max({std::abs(a.rate - mean), std::abs(b.rate - mean), std::abs(b.rate - a.rate)});
+  const bool position = monitor.kind == LimitKind::position;
+  const double nearest = position
+                             ? std::max(monitor.sign * a.position, monitor.sign * b.position) + kMargin * h * change
+                             : std::max(monitor.sign * a.rate, monitor.sign * b.rate) + kMargin * change;
+  return !(nearest < monitor.sign * monitor.threshold);
+}
+
+void LimitWatch::watch_parts(Monitor& monitor, std::span<const Instant> instants, const StateAt& at) {
+  for (std::size_t part = 0; part + 1 < instants.size(); ++part) {
+    if (monitor.kind == LimitKind::position) {
+      watch_positions(monitor, instants[part], instants[part + 1], at);
+    } else {
+      watch_rates(monitor, instants, part, at);
+    }
+  }
+}
+
+// Part of a step in which the joint turns at most once.
+void LimitWatch::watch_positions(Monitor& monitor, const Instant& a, const Instant& b, const StateAt& at) {
+  const auto value = [&](double t) { return instant_of(monitor, t, at(t)).position; };
+  const Point begin{a.time, a.position}, end{b.time, b.position};
+  const bool turns = monitor.sign * a.rate > 0 && monitor.sign * b.rate < 0;
+  if (!turns || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  const double time = crossing([&](double t) { return instant_of(monitor, t, at(t)).rate; }, a.time, b.time, a.rate);
+  const Point turn{time, value(time)};
+  watch_piece(monitor, begin, turn, value);
+  watch_piece(monitor, turn, end, value);
+}
+
+// Part of a step in which the rate has at most one maximum.
+void LimitWatch::watch_rates(Monitor& monitor, std::span<const Instant> instants, std::size_t part, const StateAt& at) {
+  const Instant &a = instants[part], &b = instants[part + 1];
+  const auto value = [&](double t) { return instant_of(monitor, t, at(t)).rate; };
+  const Point begin{a.time, a.rate}, end{b.time, b.rate};
+  // The larger end of the part is no smaller than what lies beyond it: the maximum may be inside.
+  const auto size = [&](std::size_t i) { return monitor.sign * instants[i].rate; };
+  const bool rises = part == 0 || size(part) >= size(part - 1);
+  const bool falls = part + 2 >= instants.size() || size(part + 1) >= size(part + 2);
+  const double least_gain = 0.25 * std::abs(b.rate - a.rate);
+  const bool near = std::max(size(part), size(part + 1)) + least_gain >= monitor.sign * monitor.threshold;
+  if (!(rises && falls && near) || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  const double time = golden_minimum([&](double t) { return -monitor.sign * value(t); }, a.time, b.time);
+  const Point top{time, value(time)};
+  watch_piece(monitor, begin, top, value);
+  watch_piece(monitor, top, end, value);
 }
 
 void LimitWatch::end_phase() {

@@ -5,9 +5,12 @@
 /// joints against their limits.
 
 #include <cmath>
+#include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grapnel/clearance/clearance_model.hpp"
@@ -97,7 +100,13 @@ class ClearanceWatch {
   explicit ClearanceWatch(double required = 0);
 
   /// Starts a phase. Both models must live until it ends. @throws std::logic_error if a phase is under way.
-  void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance);
+  ///
+  /// `parting`: pairs (indices into ClearanceModel::pairs()) that touched or overlapped by design until this phase or
+  /// an earlier one in which they were named, too: an end-effector and the target that it let go. Until such
+  /// a pair has reached the required clearance, only an overlap deeper than the least depth since it was let go makes
+  /// an event, and the pair counts for least() only while it does.
+  void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
+                   std::span<const int> parting = {});
   /// The next sample. A sample at the time of the one before replaces it (a jump of the rates). Returns the clearance
   /// at the sample. @throws std::logic_error outside a phase; std::invalid_argument if the time goes backwards or the
   /// state is another model's.
@@ -131,10 +140,17 @@ class ClearanceWatch {
     MotionSegment segment;
     State between;  // scratch of distance_at
     Kinematics between_kinematics;
-    std::vector<int> open_event;  // per pair: index of the event under way, or -1
-    std::size_t events_before;    // of other phases
+    std::vector<int> open_event;   // per pair: index of the event under way, or -1
+    std::size_t events_before;     // of other phases
+    std::vector<double> required;  // per pair: of which less is an event [m]
+    std::vector<int> parting;      // pairs
+    std::vector<bool> left_out;    // per pair: not counted for the least distance
+    std::map<std::pair<int, int>, double> reached_before;
   };
 
+  std::pair<int, int> shapes_of(int pair) const;
+  void require(int pair, double reached);
+  void follow_parting();
   void fill(double time, const State& state, Sample& sample) const;
   ShapeDistance distance_at(int pair, double time);
   void watch_first();
@@ -147,21 +163,26 @@ class ClearanceWatch {
 
   double required_;
   std::optional<Phase> phase_;
+  // Of parting pairs, by their shapes: the largest distance since they were let go.
+  std::map<std::pair<int, int>, double> reached_;
   std::vector<MinimumClearance> least_;
   std::vector<ClearanceEvent> events_;
 };
 
 // Watches the joints of a model against their limits along the samples of a simulation.
 
-/// Fed with consecutive samples of a phase, keeps the times in which joints (Model::joints()) are beyond their limits
-/// of position, rate or effort.
+/// Fed with the steps of a phase, or with consecutive samples where no steps are at hand, keeps the times in which
+/// joints (Model::joints()) are beyond their limits of position, rate or effort.
 ///
-/// Positions between samples are cubics that meet positions and rates at the samples, rates are their derivatives: a
-/// joint that passes a limit and turns back between two samples is found where its rate changes sign, and times at
-/// which limits are crossed are located. Rates beyond a limit only between samples are not found (the derivative of the
-/// cubic overshoots where an acceleration jumps), nor are efforts, whose events begin and end at samples. A value
-/// counts as beyond a limit when it exceeds it by more than 1e-9 of it (positions: of the larger of both limits), so
-/// that motions planned to end on a limit and efforts cut at a limit are no violation.
+/// Steps give positions and rates of the motion itself. The part of a step in which a joint can come near a limit is
+/// divided into kParts; turns, largest rates and crossings are located in these parts.
+///
+/// Without steps, positions between samples are cubics that meet positions and rates at the samples, rates are their
+/// derivatives: a joint that passes a limit and turns back between two samples is found where its rate changes sign,
+/// and times at which limits are crossed are located. Rates beyond a limit only between samples are not found (the
+/// derivative of the cubic overshoots where an acceleration jumps), nor are efforts, whose events begin and end at
+/// samples. A value counts as beyond a limit when it exceeds it by more than 1e-9 of it (positions: of the larger of
+/// both limits), so that motions planned to end on a limit and efforts cut at a limit are no violation.
 class LimitWatch {
  public:
   /// `efforts_are_cut`: motors saturate at their limits; times in which they do are kept as `effort_saturated`.
@@ -173,6 +194,11 @@ class LimitWatch {
   /// of the one before replaces it. @throws std::logic_error outside a phase; std::invalid_argument if the time goes
   /// backwards or a size is another model's.
   void sample(double time, const State& state, std::span<const double> efforts = {});
+  /// The motion inside a step; valid until the next call.
+  using StateAt = std::function<const State&(double t)>;
+  /// The next step, in which the motion is smooth. `fresh`: rates may have jumped at `begin`. From the first step on,
+  /// samples of the phase serve the efforts only. @throws std::logic_error outside a phase.
+  void step(double begin, double end, bool fresh, const StateAt& at);
   /// Ends the phase and the events in it. @throws std::logic_error outside a phase.
   void end_phase();
 
@@ -180,6 +206,7 @@ class LimitWatch {
   std::vector<LimitEvent> events() const;
 
  private:
+  static constexpr int kParts = 8;
   // One limit of one joint.
   struct Monitor {
     LimitKind kind;
@@ -203,10 +230,20 @@ class LimitWatch {
     bool has_sample = false;
     double time = 0;
     State state;
+    bool by_steps = false;
+  };
+  // A joint at an instant of a step.
+  struct Instant {
+    double time, position, rate;
   };
 
   std::vector<Monitor> monitors_of(const Model& model) const;
   void watch_motion(Monitor& monitor, double time, const State& state);
+  Instant instant_of(const Monitor& monitor, double time, const State& state) const;
+  static bool may_pass(const Monitor& monitor, const Instant& a, const Instant& b);
+  void watch_parts(Monitor& monitor, std::span<const Instant> instants, const StateAt& at);
+  void watch_positions(Monitor& monitor, const Instant& a, const Instant& b, const StateAt& at);
+  void watch_rates(Monitor& monitor, std::span<const Instant> instants, std::size_t part, const StateAt& at);
   template <class Function>
   void watch_piece(Monitor& monitor, const Point& begin, const Point& end, Function&& value);
   void watch_sample(Monitor& monitor, const Point& point);

@@ -313,6 +313,42 @@ Eigen::MatrixXd LoopSolver::self_stresses() const {
   return basis;
 }
 
+// A wrench on one side of a closure, carried from joint to joint up to where both sides meet, by (8.6): the efforts are
+// those that balance it.
+LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& workspace) const {
+  const Implementation& s = *implementation_;
+  const Tree<double>& tree = s.model.tree();
+  const Eigen::MatrixXd basis = self_stresses();
+  JointEfforts out;
+  out.effort = out.terms = Eigen::MatrixXd::Zero(s.model.velocities(), basis.cols());
+  for (Eigen::Index column = 0; column < basis.cols(); ++column) {
+    const auto climb = [&](const std::vector<int>& way, Wrenchd F) {
+      for (const int n : way) {
+        const TreeLink<double>& link = tree.links[n];
+        const LinkScratch<double>& w = workspace.kernel.links[n];
+        recursion::visit_joint(link, [&](auto joint) {
+          if constexpr (recursion::OneAxis<decltype(joint)>) {
+            const double size = decltype(joint)::kTurns ? norm(F.angular) : norm(F.linear);
+            out.effort(link.v, column) -= link.sign * recursion::along(joint, F);
+            out.terms(link.v, column) += size;
+          }
+          if constexpr (!recursion::kIsRoot<decltype(joint)>) F = recursion::force_to_parent(joint, link, w, F);
+        });
+      }
+    };
+    for (std::size_t k = 0; k < s.paths.size(); ++k) {
+      const LoopPath& path = s.paths[k];
+      Wrenchd F = Wrenchd::zero();
+      for (int r = 0; r < path.angular_count; ++r)
+        F.angular += basis(path.first_row + r, column) * path.angular_rows[r];
+      for (int r = 0; r < 3; ++r) F.linear[r] = basis(path.first_row + path.angular_count + r, column);
+      climb(path.from_a, shift(path.X_aC.R * F, -path.X_aC.p));
+      climb(path.from_b, shift(s.places[k].X_bC.R * (-1.0 * F), -s.places[k].X_bC.p));
+    }
+  }
+  return out;
+}
+
 Eigen::MatrixXd LoopSolver::contact_inertia() const {
   const Implementation& s = *implementation_;
   Eigen::MatrixXd W(s.row_total, s.row_total);

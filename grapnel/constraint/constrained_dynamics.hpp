@@ -66,6 +66,13 @@ class LoopSolver {
   /// Multipliers that change nothing in the last solution, a basis of them: rows x (rows - rank()).
   Eigen::MatrixXd self_stresses() const;
 
+  /// What each self-stress adds to the efforts along joint axes that prescribed joints take, per velocity, and the sum
+  /// of the sizes of its terms. `workspace`: as the last solution left it.
+  struct JointEfforts {
+    Eigen::MatrixXd effort, terms;  // velocities x (rows - rank())
+  };
+  JointEfforts self_stress_efforts(const Workspace& workspace) const;
+
   /// Contact-space inertia W = J M^-1 J^T of the last solution, rows x rows (of the joints that are not prescribed).
   Eigen::MatrixXd contact_inertia() const;
 

@@ -144,7 +144,8 @@ GraspForce::Motion GraspForce::target_motion_rows() const {
   point_jacobian(model, k, law_.target, com, J);
   motion.free = six(terms.angular, terms.linear + cross(terms.angular, arm) + cross(w, cross(w, arm)));
   if (law_.brakes) {  // (15.3), (15.5)
-    const TargetMotion3d now = target_motion(model, k, law_.target);
+    const int bodies[] = {law_.target};
+    const TargetMotion3d now = target_motion(model, k, bodies);
     const double L = norm(now.angular_momentum);
     const double rate = L > 0 ? std::min(law_.rate, law_.torque / L) : law_.rate;
     const Vector3d w_T = transposed_times(X_WT.R, w), gyroscopic = cross(w_T, target.inertia * w_T);

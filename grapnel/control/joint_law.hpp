@@ -27,6 +27,10 @@ struct JointLawCommand {
   double scale = 1;             // the part that effort limits let pass of what the law gives up first
   bool within_limits = true;    // else efforts are cut, and what is asked for is not done
   double condition = 1;         // near 0 what is asked for takes more than joints can do
+  /// The largest share of a limit that is asked for before efforts are scaled down, and whose: driven joints first,
+  /// then what else the law knows limits of; -1: of none.
+  double demand = 0;
+  int limiting = -1;
 };
 
 /// A law of one model, which must outlive it. Thread safety: one thread at a time.
@@ -42,6 +46,8 @@ class JointLaw {
   const std::vector<int>& joints() const { return response_.joints(); }
   /// `force`: generalized forces beside the law's efforts (per velocity; empty: none).
   virtual JointLawCommand at(double time, const State& state, std::span<const double> force) = 0;
+  /// Whether it goes on with the rank that is left where the condition falls, so that only its work ends it.
+  virtual bool goes_on() const { return false; }
   /// Its efforts alone, where nothing acts beside them.
   virtual Eigen::VectorXd efforts(double time, const State& state) { return at(time, state, {}).effort; }
   /// From now on these wrenches of contacts and yielding grasps act, as a law that senses them knows them.

@@ -87,6 +87,8 @@ struct Field {
   bool has_default = true;             ///< else what is absent stays absent, and the text says what that means
   /// Of numbers, in magnitude, where the unit's own limit does not do.
   double largest = std::numeric_limits<double>::quiet_NaN();
+  /// Of numbers, in magnitude: larger ones are implausible and cause a warning. NaN: by the unit.
+  double plausible = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
   bool is_one_or_list = false;                  ///< of structures, in scenarios and robots: one may stand alone
   /// Its numbers have the unit of what other keys say, such as a path; of files that are read.
@@ -137,6 +139,11 @@ struct Field {
   constexpr Field items(std::size_t least, std::size_t most) const {
     Field f = *this;
     f.least_items = least, f.most_items = most;
+    return f;
+  }
+  constexpr Field plausible_to(double magnitude) const {
+    Field f = *this;
+    f.plausible = magnitude;
     return f;
   }
   /// Of a list of structures, called e.g. "a shape; a list of shapes".

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/finite_elements/interface_rows.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -32,12 +33,6 @@ constexpr double kRigidity = 1e-3;
 constexpr double kParticipation = 1e-9;
 // Up to this number of inner degrees of freedom all modes are computed at once, by dense matrices.
 constexpr int kDense = 400;
-
-// Rows at the interface, their motion for each of its six, and all other rows.
-struct Partition {
-  std::vector<int> boundary, inner;
-  MatrixXd motion;  // boundary x 6: [translation; rotation]
-};
 
 // K^-1 x and M x, as Spectra asks for them; nothing is shifted.
 class InverseProduct {
@@ -75,7 +70,10 @@ class Reduction {
 
   std::optional<ComponentModes> run(const ElementInterface& interface, const ElementUnits& units,
                                     const ComponentModeSettings& settings) {
-    if (!partition(interface) || !split()) return std::nullopt;
+    auto parts = interface_rows(mass_, stiffness_, interface, faults_);
+    if (!parts) return std::nullopt;
+    parts_ = std::move(*parts);
+    if (!split()) return std::nullopt;
     // (22.11): the model follows the interface without stress.
     SparseCholesky K(K_ii_);
     if (!is_positive(K)) return std::nullopt;
@@ -101,127 +99,6 @@ class Reduction {
   Mark mark_of(const ElementMatrix& m) const { return {std::make_shared<const std::string>(m.name), 0, 0}; }
   std::string row_name(int row) const {
     return mass_.dofs.empty() ? fmt::format("row {}", row + 1) : mass_.dofs[static_cast<std::size_t>(row)].text();
-  }
-
-  // --- Which rows are the interface's ---
-
-  bool partition(const ElementInterface& interface) {
-    const bool is_named = !mass_.dofs.empty();
-    std::vector<int> at(static_cast<std::size_t>(mass_.size()), -1);  // place in the boundary
-    const auto take = [&](int row, const std::array<double, 6>& motion) {
-      if (at[static_cast<std::size_t>(row)] >= 0) return false;
-      at[static_cast<std::size_t>(row)] = static_cast<int>(parts_.boundary.size());
-      parts_.boundary.push_back(row);
-      motions_.push_back(motion);
-      return true;
-    };
-    if (!is_named) {
-      if (interface.node || !interface.nodes.empty()) {
-        faults_.add(mark_of(mass_),
-                    "the rows of these matrices have no names, so the interface must be given by rows, not by nodes");
-        return false;
-      }
-      for (std::size_t k = 0; k < interface.rows.size(); ++k) {
-        const int row = interface.rows[k];
-        std::array<double, 6> motion{};
-        motion[k] = 1;
-        if (row < 0 || row >= mass_.size() || !take(row, motion)) {
-          faults_.add(mark_of(mass_), fmt::format("the interface needs six different rows from 1 to {}; {} is not one",
-                                                  mass_.size(), row + 1));
-          return false;
-        }
-      }
-    } else if (!interface.rows.empty()) {
-      faults_.add(mark_of(mass_),
-                  "the rows of these matrices have names, so the interface must be given by nodes, not by rows");
-      return false;
-    } else if (!by_nodes(interface, take)) {
-      return false;
-    }
-    if (motions_.size() < 6) {
-      faults_.add(mark_of(mass_), "the interface needs six rows");
-      return false;
-    }
-    parts_.motion.resize(static_cast<Index>(motions_.size()), 6);
-    for (std::size_t i = 0; i < motions_.size(); ++i) {
-      for (std::size_t k = 0; k < 6; ++k) parts_.motion(static_cast<Index>(i), static_cast<Index>(k)) = motions_[i][k];
-    }
-    MatrixXd scaled = parts_.motion;
-    for (Index k = 0; k < 6; ++k) {
-      if (const double size = scaled.col(k).norm(); size > 0) scaled.col(k) /= size;
-    }
-    const Eigen::JacobiSVD<MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    if (!(svd.singularValues()[5] > 1e-9 * svd.singularValues()[0])) {
-      faults_.add(interface.nodes.empty() ? mark_of(mass_) : interface.nodes[0].mark,
-                  "the nodes of the interface do not fix it: they need three that are not on one line, or rotations of "
-                  "their own");
-      return false;
-    }
-    for (int row = 0; row < mass_.size(); ++row) {
-      if (at[static_cast<std::size_t>(row)] < 0) parts_.inner.push_back(row);
-    }
-    return true;
-  }
-
-  template <class Take>
-  bool by_nodes(const ElementInterface& interface, Take take) {
-    const auto row_of = [&](const ElementDof& dof) {
-      const auto found = std::lower_bound(mass_.dofs.begin(), mass_.dofs.end(), dof);  // align() sorts them
-      return found != mass_.dofs.end() && *found == dof ? static_cast<int>(found - mass_.dofs.begin()) : -1;
-    };
-    if (interface.node) {
-      std::vector<int> missing;
-      for (int k = 0; k < 6; ++k) {
-        const int row = row_of({*interface.node, k + 1});
-        std::array<double, 6> motion{};
-        motion[static_cast<std::size_t>(k)] = 1;
-        if (row < 0 || !take(row, motion)) missing.push_back(k + 1);
-      }
-      if (missing.empty()) return true;
-      if (missing.size() == 6) {
-        std::vector<std::string> nodes;
-        for (const ElementDof& dof : mass_.dofs) {
-          const std::string text = std::to_string(dof.node);
-          if (nodes.empty() || nodes.back() != text) nodes.push_back(text);
-        }
-        faults_.add(mark_of(mass_), fmt::format("the interface, node {}, is not in the matrices; their nodes are {}",
-                                                *interface.node, some_of(nodes)));
-      } else {
-        std::string list;
-        for (int k : missing) list += fmt::format("{}{}", list.empty() ? "" : ", ", k);
-        faults_.add(
-            mark_of(mass_),
-            fmt::format("node {} lacks {} {} in the matrices, as nodes of solid elements do, or of a support: tie "
-                        "the nodes of the face where the body is attached by a list of nodes",
-                        *interface.node, missing.size() == 1 ? "component" : "components", list));
-      }
-      return false;
-    }
-    if (interface.nodes.empty()) {
-      faults_.add(mark_of(mass_), "the interface is missing: name its node, or a list of nodes that are tied together");
-      return false;
-    }
-    bool all = true;
-    for (const NodePlace& node : interface.nodes) {
-      bool any = false;
-      const std::array<double, 3> p{node.x, node.y, node.z};
-      for (std::size_t k = 0; k < 6; ++k) {
-        const int row = row_of({node.node, static_cast<int>(k) + 1});
-        if (row < 0) continue;
-        std::array<double, 6> motion{};
-        motion[k] = 1;
-        if (k < 3) {  // (theta x p)_k
-          motion[3 + (k + 1) % 3] = p[(k + 2) % 3];
-          motion[3 + (k + 2) % 3] = -p[(k + 1) % 3];
-        }
-        any |= take(row, motion);
-      }
-      if (!any) {
-        faults_.add(node.mark, fmt::format("node {} is not in the matrices", node.node));
-        all = false;
-      }
-    }
-    return all;
   }
 
   // --- Blocks ---
@@ -347,7 +224,7 @@ class Reduction {
         mark_of(stiffness_),
         fmt::format("the model is held elsewhere than at the interface: moved as a whole it would swing at {:.4g} Hz, "
                     "and its first mode, clamped, is at {:.4g} Hz. The matrices must be those of the free model, with "
-                    "enough digits",
+                    "enough digits, and the nodes of the interface must have displacements along the model's axes",
                     result.grounding, std::sqrt(omega2[0]) / kTwoPi));
     return false;
   }
@@ -457,8 +334,7 @@ class Reduction {
   const ElementMatrix& mass_;
   const ElementMatrix& stiffness_;
   FaultList& faults_;
-  Partition parts_;
-  std::vector<std::array<double, 6>> motions_;
+  ModelParts parts_;
   Sparse M_ii_, M_ib_, M_bb_, K_ii_, K_ib_, K_bb_;
 };
 

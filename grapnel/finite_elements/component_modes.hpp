@@ -21,6 +21,8 @@ struct ElementInterface {
   std::optional<long long> node = {};
   /// Or nodes that are tied rigidly to the origin, from which their places are measured, in the model's unit.
   std::vector<NodePlace> nodes = {};
+  /// Places of more nodes, measured likewise, which are not tied: they help to find those of expanded shells and beams.
+  std::vector<NodePlace> others = {};
 };
 
 /// A model's own units, in those of SI.

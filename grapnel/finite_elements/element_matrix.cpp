@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 #include <string_view>
 
 #include "grapnel/finite_elements/element_text.hpp"
@@ -85,7 +87,32 @@ std::vector<std::string_view> words_of(std::string_view line, std::string_view s
   return words;
 }
 
-Entries::Entries(int size) : size_(size) {}
+std::string upper(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return result;
+}
+
+Mark file_mark(const std::string& path) { return {std::make_shared<const std::string>(path), 0, 0}; }
+
+std::string row_number(int row) { return std::to_string(row + 1); }
+
+std::optional<int> index_of(std::string_view word, long long size, const Lines& lines, FaultList& faults) {
+  const auto index = integer_of(word);
+  if (!index || *index < 1 || *index > size) {
+    faults.add(lines.mark(word), fmt::format("a row or column must be from 1 to {}, not {}", size, in_quotes(word)));
+    return std::nullopt;
+  }
+  return static_cast<int>(*index) - 1;
+}
+
+std::optional<double> value_of(std::string_view word, const Lines& lines, FaultList& faults) {
+  const auto value = number_of(word);
+  if (!value) faults.add(lines.mark(word), fmt::format("{} is no finite number", in_quotes(word)));
+  return value;
+}
+
+Entries::Entries(int size, double rounding) : size_(size), rounding_(rounding) {}
 
 void Entries::add(int row, int column, double value) {
   if (value != 0) triplets_.emplace_back(row, column, value);
@@ -111,11 +138,13 @@ std::optional<Eigen::SparseMatrix<double>> Entries::symmetric(Triangles triangle
   triplets_.clear();
   const Eigen::SparseMatrix<double> T = A.transpose();
   const Eigen::VectorXd diagonal = A.diagonal();
+  const double noise = A.nonZeros() > 0 ? rounding_ * A.coeffs().abs().maxCoeff() : 0;
   double worst = 0;
   int worst_row = 0, worst_column = 0;
   const Eigen::SparseMatrix<double> difference = A - T;
   for (int column = 0; column < size_; ++column) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(difference, column); it; ++it) {
+      if (std::abs(it.value()) <= noise) continue;
       const double scale =
           std::max({std::abs(diagonal[it.row()]), std::abs(diagonal[column]), std::abs(A.coeff(it.row(), column))});
       if (std::abs(it.value()) > worst * scale)
@@ -133,237 +162,57 @@ std::optional<Eigen::SparseMatrix<double>> Entries::symmetric(Triangles triangle
 
 }  // namespace element_text
 
-namespace {
-
 using namespace element_text;
 
-std::string row_number(int row) { return std::to_string(row + 1); }
+namespace {
 
-constexpr long long kMostRows = 2'000'000;
-// Matrices of finite elements are sparse; those that are written in full are small.
-constexpr long long kMostFullRows = 20'000;
-
-// A size in the head of a file.
-std::optional<int> size_of(std::string_view word, long long most, const Lines& lines, FaultList& faults) {
-  const auto size = integer_of(word);
-  if (!size || *size < 1 || *size > most) {
-    faults.add(lines.mark(word), fmt::format("the number of rows must be from 1 to {}, not {}", most, in_quotes(word)));
-    return std::nullopt;
+// The names of the rows of a matrix in a format without names: of `names`, or of the file beside the matrix if there is
+// one. False after a fault.
+bool name_rows(ElementMatrix& matrix, const std::filesystem::path& path, std::filesystem::path names,
+               FaultList& faults) {
+  if (!matrix.dofs.empty()) {
+    if (names.empty()) return true;
+    faults.add(file_mark(path.string()),
+               fmt::format("the file names its rows itself: the names of {} do not apply", in_quotes(names.string())));
+    return false;
   }
-  return static_cast<int>(*size);
+  if (names.empty()) {
+    names = std::filesystem::path(path).replace_extension(".dof");
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(names, ignored)) return true;
+  }
+  auto dofs = read_dof_names(names, faults);
+  if (!dofs) return false;
+  if (dofs->size() == static_cast<std::size_t>(matrix.size())) {
+    matrix.dofs = std::move(*dofs);
+    return true;
+  }
+  faults.add(file_mark(names.string()), fmt::format("names {}, and {} has {}", counted(dofs->size(), "row"),
+                                                    in_quotes(path.string()), matrix.size()));
+  return false;
 }
 
-// A row or column, counted from 1 in files.
-std::optional<int> index_of(std::string_view word, int size, const Lines& lines, FaultList& faults) {
-  const auto index = integer_of(word);
-  if (!index || *index < 1 || *index > size) {
-    faults.add(lines.mark(word), fmt::format("a row or column must be from 1 to {}, not {}", size, in_quotes(word)));
-    return std::nullopt;
-  }
-  return static_cast<int>(*index) - 1;
-}
-
-std::optional<double> value_of(std::string_view word, const Lines& lines, FaultList& faults) {
-  const auto value = number_of(word);
-  if (!value) faults.add(lines.mark(word), fmt::format("{} is no finite number", in_quotes(word)));
-  return value;
-}
-
-// --- Matrix Market ---
-
-std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::string_view text, FaultList& faults) {
-  Lines lines(path, text);
-  const auto head = lines.next();
-  std::vector<std::string> words;
-  for (const std::string_view word : words_of(head.value_or(""), " \t")) {
-    words.emplace_back(word);
-    for (char& c : words.back()) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  if (words.size() != 5 || words[0] != "%%matrixmarket" || words[1] != "matrix") {
-    faults.add(lines.mark({}), "a Matrix Market file begins with '%%MatrixMarket matrix coordinate real symmetric'");
-    return std::nullopt;
-  }
-  const bool is_list = words[2] == "coordinate";
-  if ((!is_list && words[2] != "array") || (words[3] != "real" && words[3] != "integer" && words[3] != "double") ||
-      (words[4] != "symmetric" && words[4] != "general")) {
-    faults.add(lines.mark({}),
-               fmt::format("a mass or stiffness matrix is 'coordinate' or 'array', 'real', and 'symmetric' or "
-                           "'general', not '{} {} {}'",
-                           shortened(words[2]), shortened(words[3]), shortened(words[4])));
-    return std::nullopt;
-  }
-  const bool is_symmetric = words[4] == "symmetric";
-  std::optional<std::string_view> line;
-  const auto next = [&] {
-    do line = lines.next();
-    while (line && (trimmed(*line).empty() || line->starts_with('%')));
-    return line.has_value();
-  };
-  const std::size_t numbers = is_list ? 3 : 2;
-  if (!next() || words_of(*line, " \t").size() != numbers) {
-    faults.add(lines.mark({}), is_list ? "the line of sizes must be 'rows columns entries'"
-                                       : "the line of sizes must be 'rows columns'");
-    return std::nullopt;
-  }
-  const auto sizes = words_of(*line, " \t");
-  const auto size = size_of(sizes[0], is_list ? kMostRows : kMostFullRows, lines, faults);
-  if (!size) return std::nullopt;
-  if (integer_of(sizes[1]) != *size) {
-    faults.add(lines.mark(sizes[1]),
-               fmt::format("the matrix must be square, not {} by {}", *size, shortened(sizes[1])));
-    return std::nullopt;
-  }
-  Entries entries(*size);
-  const Mark first = lines.mark({});
-  long long count = 0;
-  const long long n = *size;
-  const long long expected = is_list ? integer_of(sizes[2]).value_or(-1) : (is_symmetric ? n * (n + 1) / 2 : n * n);
-  int row = 0, column = 0;  // of an array, which goes down its columns
-  while (count < expected && next()) {
-    const auto parts = words_of(*line, " \t");
-    for (std::size_t i = 0; i < parts.size(); i += is_list ? 3 : 1) {
-      if (is_list) {
-        if (parts.size() != 3) {
-          faults.add(lines.mark({}), "an entry must be 'row column value'");
-          return std::nullopt;
-        }
-        const auto r = index_of(parts[0], *size, lines, faults), c = index_of(parts[1], *size, lines, faults);
-        if (!r || !c) return std::nullopt;
-        row = *r, column = *c;
-      }
-      const auto value = value_of(parts[i + (is_list ? 2 : 0)], lines, faults);
-      if (!value) return std::nullopt;
-      entries.add(row, column, *value);
-      ++count;
-      if (!is_list && ++row == *size) ++column, row = is_symmetric ? column : 0;
-      if (!is_list && count == expected) break;
-    }
-  }
-  if (count != expected || next()) {
-    faults.add(first, fmt::format("{} entries follow, {} are announced",
-                                  count == expected ? "more" : std::to_string(count), expected));
-    return std::nullopt;
-  }
-  auto A =
-      entries.symmetric(is_symmetric ? Entries::Triangles::one : Entries::Triangles::both, first, row_number, faults);
-  if (!A) return std::nullopt;
-  return ElementMatrix{path, std::move(*A), {}};
-}
-
-// --- A table ---
-
-std::optional<ElementMatrix> read_table(const std::string& path, std::string_view text, FaultList& faults) {
-  Lines lines(path, text);
-  std::vector<std::vector<double>> rows;
-  Mark first;
-  while (const auto line = lines.next()) {
-    const std::string_view content = trimmed(line->substr(0, line->find('#')));
-    if (content.empty()) continue;
-    if (rows.empty()) first = lines.mark({});
-    std::vector<double> row;
-    for (const std::string_view word : words_of(content, ",; \t")) {
-      const auto value = value_of(word, lines, faults);
-      if (!value) return std::nullopt;
-      row.push_back(*value);
-    }
-    if (!rows.empty() && row.size() != rows[0].size()) {
-      faults.add(lines.mark({}),
-                 fmt::format("this row has {}, the first has {}", counted(row.size(), "number"), rows[0].size()));
-      return std::nullopt;
-    }
-    if (row.size() > static_cast<std::size_t>(kMostFullRows)) {
-      faults.add(lines.mark({}), fmt::format("a table has at most {} columns; larger matrices are sparse, and fit into "
-                                             "a Matrix Market file",
-                                             kMostFullRows));
-      return std::nullopt;
-    }
-    rows.push_back(std::move(row));
-  }
-  if (rows.empty() || rows.size() != rows[0].size()) {
-    faults.add(Mark{std::make_shared<const std::string>(path), 0, 0},
-               rows.empty() ? "the file has no numbers"
-                            : fmt::format("the matrix must be square: it has {} and {}", counted(rows.size(), "row"),
-                                          counted(rows[0].size(), "column")));
-    return std::nullopt;
-  }
-  Entries entries(static_cast<int>(rows.size()));
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    for (std::size_t c = 0; c < rows.size(); ++c) entries.add(static_cast<int>(r), static_cast<int>(c), rows[r][c]);
-  }
-  auto A = entries.symmetric(Entries::Triangles::both, first, row_number, faults);
-  if (!A) return std::nullopt;
-  return ElementMatrix{path, std::move(*A), {}};
-}
-
-// --- CalculiX: *FREQUENCY, SOLVER=MATRIXSTORAGE ---
-
-std::optional<std::vector<ElementDof>> read_calculix_dofs(const std::filesystem::path& path, FaultList& faults) {
-  const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
-  const auto text = read_file(path, blame, faults, kLargestMatrixFile);
-  if (!text) return std::nullopt;
-  Lines lines(path.string(), *text);
-  std::vector<ElementDof> dofs;
-  while (const auto line = lines.next()) {
-    const std::string_view word = trimmed(*line);
-    if (word.empty()) continue;
-    const std::size_t point = word.find('.');
-    const auto node = integer_of(word.substr(0, point));
-    const auto component = point == std::string_view::npos ? std::nullopt : integer_of(word.substr(point + 1));
-    if (!node || !component || *component < 1 || *component > 6) {
-      faults.add(lines.mark(word), fmt::format("must be NODE.COMPONENT, such as 12.3, not {}", in_quotes(word)));
-      return std::nullopt;
-    }
-    dofs.push_back({*node, static_cast<int>(*component)});
-  }
-  return dofs;
-}
-
-std::optional<ElementMatrix> read_calculix(const std::filesystem::path& path, std::string_view text,
-                                           FaultList& faults) {
-  std::filesystem::path names = path;
-  names.replace_extension(".dof");
-  const auto dofs = read_calculix_dofs(names, faults);
+std::optional<ElementMatrix> read_calculix_files(const std::filesystem::path& path, std::string_view text,
+                                                 std::filesystem::path names, FaultList& faults) {
+  if (names.empty()) names = std::filesystem::path(path).replace_extension(".dof");
+  auto dofs = read_dof_names(names, faults);
   if (!dofs) return std::nullopt;
-  Lines lines(path.string(), text);
-  if (dofs->empty() || dofs->size() > static_cast<std::size_t>(kMostRows)) {
-    faults.add(Mark{std::make_shared<const std::string>(names.string()), 0, 0},
-               fmt::format("names {}, and must name from 1 to {}", counted(dofs->size(), "row"), kMostRows));
-    return std::nullopt;
-  }
-  const int size = static_cast<int>(dofs->size());
-  Entries entries(size);
-  while (const auto line = lines.next()) {
-    const auto words = words_of(*line, " \t");
-    if (words.empty()) continue;
-    if (words.size() != 3) {
-      faults.add(lines.mark({}), "an entry must be 'row column value'");
-      return std::nullopt;
-    }
-    const auto r = index_of(words[0], size, lines, faults), c = index_of(words[1], size, lines, faults);
-    const auto value = r && c ? value_of(words[2], lines, faults) : std::nullopt;
-    if (!value) return std::nullopt;
-    entries.add(*r, *c, *value);
-  }
-  auto A = entries.symmetric(
-      Entries::Triangles::one, Mark{std::make_shared<const std::string>(path.string()), 0, 0},
-      [&](int row) { return (*dofs)[static_cast<std::size_t>(row)].text(); }, faults);
-  if (!A) return std::nullopt;
-  return ElementMatrix{path.string(), std::move(*A), *dofs};
+  return read_calculix(path.string(), text, std::move(*dofs), faults);
 }
 
 }  // namespace
 
 std::optional<ElementMatrix> read_element_matrix(const std::filesystem::path& path, const std::string& wanted,
-                                                 char initial, FaultList& faults) {
-  const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
+                                                 char initial, FaultList& faults, const std::filesystem::path& names) {
+  const Mark blame = file_mark(path.string());
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   static constexpr std::string_view kKnown[] = {".mtx", ".csv", ".mas", ".sti",  ".pch",
                                                 ".bdf", ".dat", ".nas", ".dmig", ".op4"};
   if (std::find(std::begin(kKnown), std::end(kKnown), extension) == std::end(kKnown)) {
     faults.add(blame,
-               fmt::format("the name of a matrix file ends in .mtx (Matrix Market), .csv (a table), .mas or .sti "
-                           "(CalculiX), .pch, .bdf, .dat, .nas or .dmig (Nastran's DMIG) or .op4 (its OUTPUT4), "
+               fmt::format("the name of a matrix file ends in .mtx (Matrix Market, Abaqus), .csv (a table), .mas or "
+                           ".sti (CalculiX), .pch, .bdf, .dat, .nas or .dmig (Nastran's DMIG) or .op4 (its OUTPUT4), "
                            "not in {}",
                            in_quotes(extension)));
     return std::nullopt;
@@ -371,22 +220,27 @@ std::optional<ElementMatrix> read_element_matrix(const std::filesystem::path& pa
   const auto text = read_file(path, blame, faults, kLargestMatrixFile);
   if (!text) return std::nullopt;
   std::optional<ElementMatrix> matrix;
+  bool has_matrix_names = false;
   if (extension == ".mtx") {
-    matrix = read_matrix_market(path.string(), *text, faults);
+    matrix = is_matrix_market(*text) ? read_matrix_market(path.string(), *text, faults)
+                                     : read_abaqus(path.string(), *text, faults);
   } else if (extension == ".csv") {
     matrix = read_table(path.string(), *text, faults);
   } else if (extension == ".mas" || extension == ".sti") {
-    matrix = read_calculix(path, *text, faults);
+    matrix = read_calculix_files(path, *text, names, faults);
   } else {
+    has_matrix_names = true;
     matrix = extension == ".op4" ? read_output4(path.string(), *text, {wanted, initial}, faults)
                                  : read_dmig(path.string(), *text, {wanted, initial}, faults);
-    return matrix;
   }
-  if (matrix && !wanted.empty()) {
+  if (!matrix) return std::nullopt;
+  if (!has_matrix_names && !wanted.empty()) {
     faults.add(blame,
-               fmt::format("matrices in {} files have no names; {} is not looked for", extension, in_quotes(wanted)));
+               fmt::format("matrices in {} files have no names; {} cannot be selected", extension, in_quotes(wanted)));
     return std::nullopt;
   }
+  const bool is_calculix = extension == ".mas" || extension == ".sti";
+  if (!is_calculix && !name_rows(*matrix, path, names, faults)) return std::nullopt;
   return matrix;
 }
 
@@ -407,8 +261,17 @@ bool align(ElementMatrix& mass, ElementMatrix& stiffness, FaultList& faults) {
     return false;
   }
   std::map<ElementDof, int> row_of;
+  bool has_repeated = false;
   for (const ElementMatrix* m : {&mass, &stiffness}) {
-    for (const ElementDof& dof : m->dofs) row_of.emplace(dof, 0);
+    std::set<ElementDof> own;
+    for (const ElementDof& dof : m->dofs) row_of.emplace(dof, 0), has_repeated |= !own.insert(dof).second;
+  }
+  if (has_repeated) {
+    if (mass.dofs == stiffness.dofs) return true;
+    faults.add(blame(mass), fmt::format("names of rows repeat, as those of expanded shells and beams do, and {} has "
+                                        "others or another order: both matrices must come from one run",
+                                        in_quotes(stiffness.name)));
+    return false;
   }
   std::vector<ElementDof> dofs;
   for (auto& [dof, row] : row_of) row = static_cast<int>(dofs.size()), dofs.push_back(dof);

@@ -5,6 +5,7 @@
 /// Internal to this module.
 
 #include <Eigen/SparseCore>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -17,12 +18,17 @@
 namespace grapnel::element_text {
 
 inline constexpr std::size_t kLargestMatrixFile = std::size_t{1} << 30;  // [bytes]
+inline constexpr long long kMostRows = 2'000'000;
 
 /// A finite number as C or Fortran write it: 1.5e3, 1.5D+03, 1.5+3.
 std::optional<double> number_of(std::string_view text);
 std::optional<long long> integer_of(std::string_view text);
 std::string_view trimmed(std::string_view text);
 std::vector<std::string_view> words_of(std::string_view line, std::string_view separators);
+std::string upper(std::string_view text);
+Mark file_mark(const std::string& path);
+/// "3" for row 2: rows are counted from 1 in files.
+std::string row_number(int row);
 
 /// A text line by line.
 class Lines {
@@ -40,15 +46,24 @@ class Lines {
   int number_ = 0;
 };
 
+/// A row or column of a line, counted from 1 in the file and from 0 in the result. Empty after a fault.
+std::optional<int> index_of(std::string_view word, long long size, const Lines& lines, FaultList& faults);
+/// A finite number of a line. Empty after a fault.
+std::optional<double> value_of(std::string_view word, const Lines& lines, FaultList& faults);
+
 /// The entries of a square matrix, of which those of one place are added.
 class Entries {
  public:
-  /// Files print some digits: this is how much, of the largest diagonal element concerned, a pair may differ.
+  /// Largest difference of a pair of entries, relative to the largest diagonal element concerned: files print a limited
+  /// number of digits.
   static constexpr double kAsymmetry = 1e-6;
+  /// And relative to the largest entry of the matrix: the rounding of the program that computed it, of a condensation
+  /// for one. Pairs below it are zero to that program.
+  static constexpr double kRounding = 1e-12, kSingleRounding = 1e-6;
   /// Whether of an entry and its mirror image one may be left out.
   enum class Triangles { one, both };
 
-  explicit Entries(int size);
+  explicit Entries(int size, double rounding = kRounding);
   void add(int row, int column, double value);
   /// The matrix, once; a fault, and nothing, if it is not symmetric.
   std::optional<Eigen::SparseMatrix<double>> symmetric(Triangles triangles, const Mark& mark,
@@ -58,6 +73,7 @@ class Entries {
  private:
   using Triplet = Eigen::Triplet<double>;
   int size_;
+  double rounding_;
   std::vector<Triplet> triplets_;
 };
 
@@ -67,9 +83,31 @@ struct Wanted {
   char initial = 'M';
 };
 
+/// A matrix of a file with several. Usable: real and square.
+struct NamedMatrix {
+  std::string name;
+  bool is_usable = true;
+};
+/// The name of the wanted one; of several with its initial the only usable one. Empty after a fault. `kind` is the
+/// format's name.
+std::string chosen(const std::vector<NamedMatrix>& matrices, const Wanted& wanted, const std::string& path,
+                   const char* kind, FaultList& faults);
+
+/// Names of rows, one a line: NODE.COMPONENT, NODE COMPONENT or ROW NODE COMPONENT; components 0 to 6, or UX ... ROTZ.
+std::optional<std::vector<ElementDof>> read_dof_names(const std::filesystem::path& path, FaultList& faults);
+
+std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::string_view text, FaultList& faults);
+bool is_matrix_market(std::string_view text);
+/// Abaqus' *MATRIX OUTPUT: COORDINATE, whose rows have no names, and LABELS or MATRIX INPUT, whose rows have.
+std::optional<ElementMatrix> read_abaqus(const std::string& path, std::string_view text, FaultList& faults);
+std::optional<ElementMatrix> read_table(const std::string& path, std::string_view text, FaultList& faults);
+/// CalculiX' .mas and .sti, whose rows are named by `dofs`.
+std::optional<ElementMatrix> read_calculix(const std::string& path, std::string_view text, std::vector<ElementDof> dofs,
+                                           FaultList& faults);
 std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view text, const Wanted& wanted,
                                        FaultList& faults);
-std::optional<ElementMatrix> read_output4(const std::string& path, std::string_view text, const Wanted& wanted,
+/// Text or binary.
+std::optional<ElementMatrix> read_output4(const std::string& path, std::string_view bytes, const Wanted& wanted,
                                           FaultList& faults);
 
 }  // namespace grapnel::element_text

@@ -1,4 +1,4 @@
-// Nastran's matrices: DMIG bulk data entries, and text files of OUTPUT4.
+// Nastran's DMIG bulk data entries, and what the files with several matrices share.
 
 #include <fmt/format.h>
 
@@ -12,19 +12,11 @@
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel::element_text {
-namespace {
 
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return result;
-}
-
-Mark file_mark(const std::string& path) { return {std::make_shared<const std::string>(path), 0, 0}; }
-
-// Which of the matrices that a file has is wanted; empty after a fault.
-std::string chosen(const std::vector<std::string>& names, const Wanted& wanted, const std::string& path,
+std::string chosen(const std::vector<NamedMatrix>& matrices, const Wanted& wanted, const std::string& path,
                    const char* kind, FaultList& faults) {
+  std::vector<std::string> names;
+  for (const NamedMatrix& m : matrices) names.push_back(m.name);
   if (names.empty()) {
     faults.add(file_mark(path), fmt::format("the file has no {} matrix", kind));
     return {};
@@ -35,15 +27,27 @@ std::string chosen(const std::vector<std::string>& names, const Wanted& wanted, 
                                             suggestion(upper(wanted.name), names, "there are")));
     return {};
   }
-  std::vector<std::string> fitting;
-  for (const std::string& name : names) {
-    if (names.size() == 1 || name.front() == wanted.initial) fitting.push_back(name);
+  const auto fitting = [&](bool by_initial, bool only_usable) {
+    std::vector<std::string> found;
+    for (const NamedMatrix& m : matrices) {
+      if ((!by_initial || m.name.starts_with(wanted.initial)) && (!only_usable || m.is_usable)) found.push_back(m.name);
+    }
+    return found;
+  };
+  if (names.size() == 1) return names[0];
+  // Real and square ones first: a complex or rectangular matrix is no mass and no stiffness. Where there is none, the
+  // only one with the initial is named in the fault that follows.
+  for (const bool only_usable : {true, false}) {
+    const auto found = fitting(true, only_usable);
+    if (found.size() == 1) return found[0];
   }
-  if (fitting.size() == 1) return fitting[0];
-  faults.add(file_mark(path), fmt::format("the file has {}; say which one with {}", some_of(names),
+  if (const auto usable = fitting(false, true); fitting(true, false).empty() && usable.size() == 1) return usable[0];
+  faults.add(file_mark(path), fmt::format("the file has {}; select one with {}", some_of(names),
                                           wanted.initial == 'M' ? "--mass-name" : "--stiffness-name"));
   return {};
 }
+
+namespace {
 
 // --- DMIG ---
 
@@ -80,13 +84,14 @@ void append_fields(std::string_view line, const Lines& lines, bool is_wide, Bulk
   }
 }
 
-// Calls visit(entry) for every DMIG entry, until one returns false.
+// Calls visit(name, entry) for every DMIG, GRID and GRDSET entry, until one returns false.
 template <class Visit>
-bool for_dmig_entries(const std::string& path, std::string_view text, Visit visit) {
+bool for_bulk_entries(const std::string& path, std::string_view text, Visit visit) {
   Lines lines(path, text);
   BulkEntry entry;
+  std::string entry_name;
   const auto end_entry = [&] {
-    const bool goes_on = entry.fields.empty() || visit(entry);
+    const bool goes_on = entry.fields.empty() || visit(entry_name, entry);
     entry = {};
     return goes_on;
   };
@@ -102,23 +107,53 @@ bool for_dmig_entries(const std::string& path, std::string_view text, Visit visi
       continue;
     }
     if (!end_entry()) return false;
-    const std::string plain = upper(name.substr(0, name.find('*')));
-    if (plain == "DMIG") append_fields(content, lines, is_wide, entry);
+    entry_name = upper(name.substr(0, name.find('*')));
+    if (entry_name == "DMIG" || entry_name == "GRID" || entry_name == "GRDSET")
+      append_fields(content, lines, is_wide, entry);
   }
   return end_entry();
+}
+
+// What a file has beside the wanted matrix.
+struct BulkContents {
+  std::vector<NamedMatrix> matrices;
+  std::map<long long, long long> rotated_nodes;
+};
+
+BulkContents contents_of(const std::string& path, std::string_view text) {
+  BulkContents contents;
+  constexpr long long kEmpty = -2;         // takes that of GRDSET; -1 is that of a fluid, which has no directions
+  std::map<long long, long long> systems;  // field CD of nodes
+  long long usual = 0;                     // that of GRDSET
+  for_bulk_entries(path, text, [&](const std::string& kind, const BulkEntry& e) {
+    if (kind != "DMIG") {
+      const auto node = integer_of(e.fields[0]);
+      const auto system = e.fields.size() > 5 ? integer_of(e.fields[5]) : std::nullopt;
+      if (kind == "GRDSET") usual = system.value_or(0);
+      if (kind == "GRID" && node) systems[*node] = system.value_or(kEmpty);
+      return true;
+    }
+    const std::string name = upper(e.fields[0]);
+    const auto known = std::find_if(contents.matrices.begin(), contents.matrices.end(),
+                                    [&](const NamedMatrix& m) { return m.name == name; });
+    if (name.empty() || known != contents.matrices.end()) return true;
+    const auto form = integer_of(e.fields[2]), type = integer_of(e.fields[3]);
+    contents.matrices.push_back({name, (form == 1 || form == 6) && (type == 1 || type == 2)});
+    return true;
+  });
+  for (const auto& [node, system] : systems) {
+    const long long its = system == kEmpty ? usual : system;
+    if (its > 0) contents.rotated_nodes.emplace(node, its);
+  }
+  return contents;
 }
 
 }  // namespace
 
 std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view text, const Wanted& wanted,
                                        FaultList& faults) {
-  std::vector<std::string> names;
-  for_dmig_entries(path, text, [&](const BulkEntry& e) {
-    const std::string name = upper(e.fields[0]);
-    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    return true;
-  });
-  const std::string name = chosen(names, wanted, path, "DMIG", faults);
+  const BulkContents contents = contents_of(path, text);
+  const std::string name = chosen(contents.matrices, wanted, path, "DMIG", faults);
   if (name.empty()) return std::nullopt;
   std::map<ElementDof, int> row_of;
   std::vector<ElementDof> dofs;
@@ -127,7 +162,7 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
     double value;
   };
   std::vector<Value> values;
-  bool is_symmetric = false, has_head = false;
+  bool is_symmetric = false, is_single = false, has_head = false;
   const auto row = [&](const ElementDof& dof) {
     const auto [at, is_new] = row_of.emplace(dof, static_cast<int>(dofs.size()));
     if (is_new) dofs.push_back(dof);
@@ -142,8 +177,8 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
                                        in_quotes(e.fields[i]), in_quotes(e.fields[i + 1])));
     return std::nullopt;
   };
-  const bool is_read = for_dmig_entries(path, text, [&](const BulkEntry& e) {
-    if (upper(e.fields[0]) != name) return true;
+  const bool is_read = for_bulk_entries(path, text, [&](const std::string& kind, const BulkEntry& e) {
+    if (kind != "DMIG" || upper(e.fields[0]) != name) return true;
     if (!has_head) {
       const auto form = integer_of(e.fields[2]), type = integer_of(e.fields[3]);
       if (e.fields[1] != "0" || !form || !type) {
@@ -157,11 +192,11 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
         return false;
       }
       if (*type != 1 && *type != 2) {
-        faults.add(e.marks[3],
-                   fmt::format("matrix {} must be real (type 1 or 2), not {}", name, in_quotes(e.fields[3])));
+        faults.add(e.marks[3], fmt::format("matrix {} must be real (type 1 or 2), not {}; type 3 or 4 is complex", name,
+                                           in_quotes(e.fields[3])));
         return false;
       }
-      is_symmetric = *form == 6, has_head = true;
+      is_symmetric = *form == 6, is_single = *type == 1, has_head = true;
       return true;
     }
     const auto column = dof_at(e, 1);
@@ -184,182 +219,13 @@ std::optional<ElementMatrix> read_dmig(const std::string& path, std::string_view
     faults.add(file_mark(path), fmt::format("matrix {} has no entries", name));
     return std::nullopt;
   }
-  Entries entries(static_cast<int>(dofs.size()));
+  Entries entries(static_cast<int>(dofs.size()), is_single ? Entries::kSingleRounding : Entries::kRounding);
   for (const Value& v : values) entries.add(v.row, v.column, v.value);
   auto A = entries.symmetric(
       is_symmetric ? Entries::Triangles::one : Entries::Triangles::both, file_mark(path),
       [&](int r) { return dofs[static_cast<std::size_t>(r)].text(); }, faults);
   if (!A) return std::nullopt;
-  return ElementMatrix{fmt::format("{}, matrix {}", path, name), std::move(*A), dofs};
-}
-
-// --- OUTPUT4 ---
-
-namespace {
-
-// A matrix's head: columns, rows (negative: strings have a line of two numbers), form, type, name, Fortran format.
-struct Output4Head {
-  int columns = 0, rows = 0;
-  bool wide_strings = false;
-  long long form = 0, type = 0;
-  std::string name;
-  int per_line = 5, width = 16;
-};
-
-class Output4Reader {
- public:
-  Output4Reader(const std::string& path, std::string_view text, FaultList& faults)
-      : lines_(path, text), faults_(faults) {}
-
-  // The next matrix's head; empty at the end, and after a fault.
-  std::optional<Output4Head> head() {
-    std::optional<std::string_view> line;
-    do line = lines_.next();
-    while (line && trimmed(*line).empty());
-    if (!line) return std::nullopt;
-    Output4Head head;
-    const auto columns = integer(*line, 0), rows = integer(*line, 1), form = integer(*line, 2),
-               type = integer(*line, 3);
-    if (!columns || !rows || !form || !type || *columns < 1 || std::abs(*rows) < 1 || *columns > 100'000'000 ||
-        std::abs(*rows) > 100'000'000) {
-      fault(*line, "the head of a matrix must be columns, rows, form and type, of eight characters each, and its name");
-      return std::nullopt;
-    }
-    head.columns = static_cast<int>(*columns), head.rows = static_cast<int>(std::abs(*rows));
-    head.wide_strings = *rows < 0 || head.rows > 65535;
-    head.form = *form, head.type = *type;
-    head.name = upper(trimmed(line->size() > 32 ? line->substr(32, 8) : std::string_view()));
-    std::string format = upper(trimmed(line->size() > 40 ? line->substr(40) : std::string_view()));
-    if (format.starts_with("1P,")) format.erase(0, 3);
-    if (const std::size_t e = format.find_first_of("ED"); e != std::string::npos && e > 0) {
-      const auto per_line = integer_of(std::string_view(format).substr(0, e));
-      const std::size_t point = format.find('.', e);
-      const auto width = integer_of(std::string_view(format).substr(e + 1, point - e - 1));
-      if (!per_line || !width || *per_line < 1 || *per_line > 100 || *width < 8 || *width > 60) {
-        fault(*line, fmt::format("cannot read numbers of the format {}", in_quotes(format)));
-        return std::nullopt;
-      }
-      head.per_line = static_cast<int>(*per_line), head.width = static_cast<int>(*width);
-    }
-    return head;
-  }
-
-  // What follows a head: put(row, column, value) for every number. False after a fault.
-  template <class Put>
-  bool columns(const Output4Head& head, Put put) {
-    const int words = head.type % 2 == 1 ? 1 : 2;  // that a number counts for in strings
-    while (true) {
-      const auto line = lines_.next();
-      const auto column = line ? integer(*line, 0) : std::nullopt, row = line ? integer(*line, 1) : std::nullopt,
-                 count = line ? integer(*line, 2) : std::nullopt;
-      if (!column || !row || !count || *column < 1 || *count < 0 || *row < 0) {
-        fault(line.value_or(std::string_view()),
-              "a column must begin with its number, its first row and the count of what follows");
-        return false;
-      }
-      if (*column > head.columns) return lines_.next().has_value() || true;  // the end, with one number behind it
-      if (*row > 0) {
-        if (!numbers(head, *row, *count, [&](int r, double v) { put(r, static_cast<int>(*column) - 1, v); }))
-          return false;
-        continue;
-      }
-      for (long long left = *count; left > 0;) {
-        const auto string_head = lines_.next();
-        // The one number of a short head may be longer than a field.
-        const auto first = !string_head        ? std::nullopt
-                           : head.wide_strings ? integer(*string_head, 0)
-                                               : integer_of(trimmed(*string_head));
-        const auto second = string_head && head.wide_strings ? integer(*string_head, 1) : std::optional<long long>(0);
-        if (!first || !second || *first < 1) {
-          fault(string_head.value_or(std::string_view()),
-                "a string of numbers must begin with its length and its first row");
-          return false;
-        }
-        const long long length = head.wide_strings ? *first - 1 : (*first >> 16) - 1;
-        const long long first_row = head.wide_strings ? *second : *first & 65535;
-        left -= length + (head.wide_strings ? 2 : 1);
-        if (!numbers(head, first_row, length / words,
-                     [&](int r, double v) { put(r, static_cast<int>(*column) - 1, v); }))
-          return false;
-      }
-    }
-  }
-
-  std::optional<long long> integer(std::string_view line, std::size_t field) const {
-    return 8 * field < line.size() ? integer_of(trimmed(line.substr(8 * field, 8))) : std::nullopt;
-  }
-
- private:
-  void fault(std::string_view part, std::string message) { faults_.add(lines_.mark(part), std::move(message)); }
-
-  template <class Put>
-  bool numbers(const Output4Head& head, long long first_row, long long count, Put put) {
-    if (first_row < 1 || count < 0 || first_row - 1 + count > head.rows) {
-      fault({},
-            fmt::format("{} numbers from row {} on are beyond the {} rows of the matrix", count, first_row, head.rows));
-      return false;
-    }
-    std::string_view line;
-    const auto width = static_cast<std::size_t>(head.width);
-    for (long long i = 0; i < count; ++i) {
-      const std::size_t at = static_cast<std::size_t>(i % head.per_line) * width;
-      if (at == 0) line = lines_.next().value_or(std::string_view());
-      const std::string_view word = at < line.size() ? trimmed(line.substr(at, width)) : std::string_view();
-      const auto value = number_of(word);
-      if (!value) {
-        fault(line, fmt::format("number {} of this column, {}, is no finite number", i + 1, in_quotes(word)));
-        return false;
-      }
-      put(static_cast<int>(first_row - 1 + i), *value);
-    }
-    return true;
-  }
-
-  Lines lines_;
-  FaultList& faults_;
-};
-
-}  // namespace
-
-std::optional<ElementMatrix> read_output4(const std::string& path, std::string_view text, const Wanted& wanted,
-                                          FaultList& faults) {
-  std::vector<std::string> names;
-  const std::size_t before = faults.size();
-  {
-    Output4Reader reader(path, text, faults);
-    while (const auto head = reader.head()) {
-      names.push_back(head->name);
-      if (!reader.columns(*head, [](int, int, double) {})) return std::nullopt;
-    }
-  }
-  if (faults.size() > before) return std::nullopt;
-  const std::string name = chosen(names, wanted, path, "OUTPUT4", faults);
-  if (name.empty()) return std::nullopt;
-  Output4Reader reader(path, text, faults);
-  while (const auto head = reader.head()) {
-    const bool is_it = head->name == name;
-    if (is_it && (head->columns != head->rows || head->rows > 2'000'000)) {
-      faults.add(file_mark(path),
-                 fmt::format("matrix {} must be square, not {} by {}", name, head->rows, head->columns));
-      return std::nullopt;
-    }
-    if (is_it && head->type != 1 && head->type != 2) {
-      faults.add(file_mark(path),
-                 fmt::format("matrix {} must be real (type 1 or 2), not of type {}", name, head->type));
-      return std::nullopt;
-    }
-    Entries entries(is_it ? head->rows : 1);
-    reader.columns(*head, [&](int row, int column, double value) {
-      if (is_it) entries.add(row, column, value);
-    });
-    if (!is_it) continue;
-    auto A = entries.symmetric(
-        head->form == 6 ? Entries::Triangles::one : Entries::Triangles::both, file_mark(path),
-        [](int row) { return std::to_string(row + 1); }, faults);
-    if (!A) return std::nullopt;
-    return ElementMatrix{fmt::format("{}, matrix {}", path, name), std::move(*A), {}};
-  }
-  return std::nullopt;
+  return ElementMatrix{fmt::format("{}, matrix {}", path, name), std::move(*A), dofs, contents.rotated_nodes};
 }
 
 }  // namespace grapnel::element_text

@@ -8,14 +8,15 @@
 #include <string>
 
 #include "grapnel/fmi/model_description.hpp"
-#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/fmi/unpacked_folder.hpp"
 
 namespace grapnel::fmi {
 
 /// Thread safety: any number of threads.
 class Fmu {
  public:
-  /// Unpacks into a folder among the system's temporary ones, which is gone with the object. `shown`: what messages
+  /// Unpacks into a folder among the system's temporary ones, which is gone with the object, and with the
+  /// process if that ends before. `shown`: what messages
   /// call the file. @throws FmuError with a sentence that names it.
   Fmu(const std::filesystem::path& file, const std::string& shown);
   ~Fmu();
@@ -43,7 +44,7 @@ class Fmu {
   void* symbol(const char* name) const;
 
   std::string named_;
-  ScratchFolder folder_;
+  UnpackedFolder folder_;
   ModelDescription model_;
   void* library_ = nullptr;
   std::shared_ptr<Turn> turn_;

@@ -17,10 +17,9 @@
 namespace grapnel::fmi {
 
 /// What does not fit between a scenario and an FMU: at which key of `control`, and at which entry there; empty: none.
-struct FmuMisfit : FmuError {
-  FmuMisfit(std::string the_key, std::string the_entry, const std::string& why)
-      : FmuError(why), key(std::move(the_key)), entry(std::move(the_entry)) {}
+struct FmuMisfit {
   std::string key, entry;
+  std::string text;
 };
 
 /// Makes controllers of an FMU. Signals, i from 1 on in the order of the robot's joints: of inputs time, position[i],
@@ -30,13 +29,14 @@ struct FmuMisfit : FmuError {
 class FmuControllers final : public ControllerSource {
  public:
   /// `inputs`, `outputs`: JSON, objects {variable: signal}; variables that they do not name are the signals that they
-  /// are called like. @throws FmuError.
+  /// are called like. An input may have a constant in place of a signal, which is set once, or "start" or null: it
+  /// keeps the value that it starts with, as inputs do that are no real numbers and are not named. @throws FmuError.
   FmuControllers(const std::string& file, const std::string& shown, std::string inputs, std::string outputs);
 
-  /// That every input of the FMU is a signal, every joint's effort (and the base's torque) an output, and that
-  /// parameters and period fit. @throws FmuMisfit.
-  void check(const std::vector<std::string>& joints, const std::string& parameters, bool commands_base,
-             double period) const;
+  /// All that does not fit: inputs without a value, efforts of joints (and the base's torque) that are no output,
+  /// names, types and causalities, parameters, the period.
+  std::vector<FmuMisfit> misfits(const std::vector<std::string>& joints, const std::string& parameters,
+                                 bool commands_base, double period) const;
   std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters, ControlledRobot robot,
                                    const Model& model) const override;
   bool one_at_a_time() const override { return fmu_->model().once_per_process; }

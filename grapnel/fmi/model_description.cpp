@@ -12,16 +12,17 @@
 namespace grapnel::fmi {
 namespace {
 
-Variable::Type type_of_name(std::string_view name) {
+Variable::Type type_of_name(std::string_view name, int version) {
   using Type = Variable::Type;
   if (name == "Real" || name == "Float64") return Type::real;
-  if (name == "Integer" || name == "Int32") return Type::whole;
+  // Enumerations of 2.0 are set as integers are; those of 3.0 have 64 bits.
+  if (name == "Integer" || name == "Int32" || (name == "Enumeration" && version == 2)) return Type::whole;
   if (name == "Boolean") return Type::boolean;
   if (name == "String") return Type::text;
   return Type::other;
 }
 
-Variable variable(const pugi::xml_node& node, const pugi::xml_node& type) {
+Variable variable(const pugi::xml_node& node, const pugi::xml_node& type, int version) {
   Variable v;
   v.name = node.attribute("name").value();
   const std::string reference = node.attribute("valueReference").value();
@@ -29,7 +30,7 @@ Variable variable(const pugi::xml_node& node, const pugi::xml_node& type) {
     throw FmuError("modelDescription.xml: a variable has no name, or no valueReference");
   v.reference = node.attribute("valueReference").as_uint();
   v.type_name = type.name();
-  v.type = type_of_name(v.type_name);
+  v.type = type_of_name(v.type_name, version);
   v.causality = node.attribute("causality").as_string("local");
   v.is_array = !node.child("Dimension").empty();
   return v;
@@ -71,7 +72,7 @@ ModelDescription read_model_description(std::string_view xml) {
     if (!is_own && std::string_view(node.name()) != "ScalarVariable") continue;
     pugi::xml_node type = is_own ? node : node.first_child();
     while (type && type.type() != pugi::node_element) type = type.next_sibling();
-    model.variables.push_back(variable(node, type));
+    model.variables.push_back(variable(node, type, model.version));
     if (!names.insert(model.variables.back().name).second)
       throw FmuError(fmt::format("modelDescription.xml has two variables {}", in_quotes(model.variables.back().name)));
   }

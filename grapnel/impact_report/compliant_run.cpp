@@ -22,6 +22,8 @@ namespace {
 // Of the kinetic energy before: what springs of grasps may hold when the time is over, as they may when grasps are at
 // rest and the joined bodies turn.
 constexpr double kLeftInGrasps = 1e-3;
+// Of the energy that took part: what may be left when the time is over without changing the motion afterwards much.
+constexpr double kNegligible = 1e-4;
 
 // Where a grasp of the problem is in the solver's lists.
 struct Place {
@@ -190,6 +192,20 @@ void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, I
   }
 }
 
+// Of the energy of a grasp's relative motion before: what is left of it. A contact that still is compressed further has
+// its impact before it, one that expands has it behind.
+double moving_share(const GraspImpulse& g, bool contact, const ForceHistory& h) {
+  const std::size_t size = h.deformation.size();
+  if (contact && !(size > 1 && h.deformation[size - 1] > h.deformation[size - 2])) return 0;
+  const auto share = [](const Vector3d& after, const Vector3d& before) {
+    return dot(before, before) > 0 ? dot(after, after) / dot(before, before) : 0.0;
+  };
+  const double linear = share(g.relative_velocity_after, g.relative_velocity_before);
+  if (contact) return linear;
+  // Either part may be zero before.
+  return std::min(linear, share(g.relative_angular_velocity_after, g.relative_angular_velocity_before));
+}
+
 // What impact.longest has ended too early, per grasp; and what it has done to the balance of energy.
 void describe_unfinished(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
                          CompliantRun& run) {
@@ -198,31 +214,35 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
   const double longest = task.problem.impact->compliant.longest;
   std::vector<std::string> places;
   bool pressed = false;
+  double share = 0;  // of the energy, left when the time is over
   for (std::size_t i = 0; i < yielding.size(); ++i) {
     const ForceHistory& h = yielding.history(outcome, i);
     std::string& how = run.unfinished[i];
     const bool contact = task.problem.grasps[i].contact;
+    share = std::max(share, moving_share(run.report.grasps[i], contact, h));
     if (h.deformation.back() > 0 && (!contact || norm(h.force.back()) > 0)) {
       pressed = pressed || contact;
-      how =
-          fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
-                      contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
     } else if (contact && h.touches == 0) {
       how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
+      share = 1;  // its impact is before it
     }
     if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
   }
   // Nobody gets it back: the balance does not close. Grasps that turn with their target never come to rest entirely.
   const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
   if (pressed || !(missing <= kLeftInGrasps)) run.energy_residual += missing;
-  run.warnings.push_back(
-      fmt::format("impact: it was not over after impact.longest = {:.4g} s, and what follows is not to be trusted: {}. "
-                  "The {:.4g} J in "
-                  "springs are deleted, and grasps take the rest of the relative motion out at once (a larger "
-                  "impact.longest lets it "
-                  "end)",
-                  longest, places.empty() ? "relative motion is left" : fmt::format("{}", fmt::join(places, "; ")),
-                  outcome.elastic_energy_after));
+  if (!(share >= missing)) share = missing;
+  const std::string consequence =
+      !(share <= kNegligible)
+          ? fmt::format("the motion afterwards is unreliable: {:.2g} of the energy is left", share)
+          : fmt::format("the motion afterwards deviates little: {:.2g} of the energy is left", share);
+  run.warnings.push_back(fmt::format(
+      "impact: it was not over after impact.longest = {:.4g} s, {}; {}. The {:.4g} J in springs are deleted, and "
+      "grasps "
+      "take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, lets the "
+      "impact end",
+      longest, consequence, places.empty() ? "relative motion remains" : fmt::format("{}", fmt::join(places, "; ")),
+      outcome.elastic_energy_after));
 }
 
 // One grasp or contact; `after`: of the system.

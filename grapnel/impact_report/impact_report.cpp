@@ -55,7 +55,7 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& body = model.bodies()[i];
     if (body.root != system.base || static_cast<int>(i) == system.base) continue;
-    if (body.description.name.starts_with(target_body_name(""))) continue;  // a target that hangs on an arm
+    if (belongs_to_targets(system, static_cast<int>(i))) continue;  // a target that hangs on an arm
     JointImpulse joint;
     joint.joint = body.description.joint.name, joint.body = body.description.name;
     joint.impulse = through[i].linear, joint.angular_impulse = through[i].angular;
@@ -66,7 +66,8 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
     // A wheel or gimbal is no joint of the robot's; its bearing's impulse reaches the base all the same.
-    if (!is_inside_base(body.description.name) && !is_elastic_part(body.description)) report.joints.push_back(joint);
+    if (!is_inside_base(system, static_cast<int>(i)) && !is_elastic_part(body.description))
+      report.joints.push_back(joint);
     if (body.parent == system.base) {
       // The joint acts on the base with the opposite; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);

@@ -77,8 +77,7 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
 std::vector<int> carried_bodies(const CaptureSystem& system) {
   std::vector<int> bodies;
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
-    const bool target = system.model.bodies()[i].description.name.starts_with(target_body_name(""));
-    if (i != system.base && !target && !is_inside_base(system.model.bodies()[i].description.name)) bodies.push_back(i);
+    if (i != system.base && !belongs_to_targets(system, i) && !is_inside_base(system, i)) bodies.push_back(i);
   }
   return bodies;
 }
@@ -163,6 +162,7 @@ struct Balance {
   std::vector<TargetGrasps> targets;
   std::vector<Wrenchd> F;                    // per grasp, on the robot, in W
   std::vector<std::vector<Wrenchd>> stress;  // per self-stress and grasp
+  std::vector<std::vector<Wrenchd>> open;    // likewise, those that the friction of stuck joints bears counted too
 };
 
 Balance balance_of(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample) {
@@ -171,8 +171,10 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   const LoopSolver* solver = sample.dynamics->loops();
   const std::vector<int> first = first_rows(system);
   const Eigen::MatrixXd null = solver ? solver->self_stresses() : Eigen::MatrixXd(0, 0);
+  const Eigen::MatrixXd open = solver ? sample.dynamics->open_stresses() : Eigen::MatrixXd(0, 0);
   const std::vector<Wrenchd> nothing(system.grasps.size(), Wrenchd::zero());
-  Balance result{{}, nothing, {static_cast<std::size_t>(null.cols()), nothing}};
+  Balance result{
+      {}, nothing, {static_cast<std::size_t>(null.cols()), nothing}, {static_cast<std::size_t>(open.cols()), nothing}};
   for (int frame : system.target_frames) {
     TargetGrasps t(system, k, model.frames()[frame].body);
     if (t.held.empty()) continue;
@@ -190,53 +192,76 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
         F[t.held[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
       };
       if (grasp.closure == HeldGrasp::kRedundant) {
-        for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row)
-          share(result.stress.emplace_back(nothing), as_wrench(t.directions[i].row(row).transpose()));
+        for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row) {
+          for (auto* stresses : {&result.stress, &result.open})
+            share(stresses->emplace_back(nothing), as_wrench(t.directions[i].row(row).transpose()));
+        }
         continue;
       }
       if (!solver) continue;  // loops are cut
       const Rotationd R_WC = (k.X_WB[grasp.frames.body_a] * grasp.frames.X_AC).R;
       const int row = first[grasp.closure], count = row_count(grasp.frames.model);
       share(result.F, R_WC * closure_wrench(grasp.frames, solver->multipliers().subspan(row, count)));
-      for (Eigen::Index s = 0; s < null.cols(); ++s) {
-        const std::span<const double> column(null.col(s).data() + row, static_cast<std::size_t>(count));
-        share(result.stress[s], R_WC * closure_wrench(grasp.frames, column));
-      }
+      const auto share_all = [&](const Eigen::MatrixXd& basis, std::vector<std::vector<Wrenchd>>& stresses) {
+        for (Eigen::Index s = 0; s < basis.cols(); ++s) {
+          const std::span<const double> column(basis.col(s).data() + row, static_cast<std::size_t>(count));
+          share(stresses[s], R_WC * closure_wrench(grasp.frames, column));
+        }
+      };
+      share_all(null, result.stress), share_all(open, result.open);
     }
     result.targets.push_back(std::move(t));
   }
   return result;
 }
 
-// Adds the self-stresses with which the sum of f^T D f = |G^T f|^2 over all grasps is least, D = G G^T.
-void relieve(const Balance& balance, bool with_determined, std::vector<GraspWrench>& result) {
-  const Eigen::Index stresses = static_cast<Eigen::Index>(balance.stress.size());
+// Per grasp and self-stress, in the metric f^T D f = |G^T f|^2, D = G G^T.
+Eigen::MatrixXd in_metric(const Balance& balance, const std::vector<std::vector<Wrenchd>>& stresses) {
   int rows = 0;
   for (const TargetGrasps& t : balance.targets) rows += t.rows();
-  Eigen::MatrixXd B(rows, stresses);
-  Eigen::VectorXd f(rows);
+  Eigen::MatrixXd B(rows, static_cast<Eigen::Index>(stresses.size()));
   Eigen::Index row = 0;
   for (const TargetGrasps& t : balance.targets) {
     for (std::size_t i = 0; i < t.held.size(); ++i) {
       const Eigen::Index count = t.directions[i].rows();
       const Eigen::MatrixXd map = t.D[i].llt().matrixU() * t.directions[i];
-      f.segment(row, count) = map * as_eigen(balance.F[t.held[i]]);
-      for (Eigen::Index s = 0; s < stresses; ++s)
-        B.col(s).segment(row, count) = map * as_eigen(balance.stress[s][t.held[i]]);
+      for (std::size_t s = 0; s < stresses.size(); ++s)
+        B.col(static_cast<Eigen::Index>(s)).segment(row, count) = map * as_eigen(stresses[s][t.held[i]]);
       row += count;
     }
   }
-  const Eigen::VectorXd z = least_squares_solution(B, -f);
-  // Stresses of unit size in the metric, for the question what is determined: B = Q R.
-  const Eigen::MatrixXd R = thin_qr(B).R;
+  return B;
+}
+
+Eigen::MatrixXd columns_of(const std::vector<std::vector<Wrenchd>>& stresses, std::size_t grasp) {
+  Eigen::MatrixXd N(6, static_cast<Eigen::Index>(stresses.size()));
+  for (std::size_t s = 0; s < stresses.size(); ++s) N.col(static_cast<Eigen::Index>(s)) = as_eigen(stresses[s][grasp]);
+  return N;
+}
+
+// Adds the self-stresses with which the sum of f^T D f over all grasps is least.
+void relieve(const Balance& balance, std::vector<GraspWrench>& result) {
+  if (balance.stress.empty()) return;
+  const Eigen::VectorXd f = in_metric(balance, {balance.F});
+  const Eigen::VectorXd z = least_squares_solution(in_metric(balance, balance.stress), -f);
+  for (const TargetGrasps& t : balance.targets) {
+    for (const std::size_t g : t.held) {
+      result[g].beyond_solver = as_wrench(columns_of(balance.stress, g) * z);
+      result[g].F_WC += result[g].beyond_solver;
+    }
+  }
+}
+
+// Components that no self-stress moves.
+void find_determined(const Balance& balance, std::vector<GraspWrench>& result) {
+  for (GraspWrench& grasp : result) grasp.determined.assign(6, true);
+  if (balance.open.empty()) return;
+  // Stresses of unit size in the metric: B = Q R.
+  const Eigen::MatrixXd R = thin_qr(in_metric(balance, balance.open)).R;
   for (const TargetGrasps& t : balance.targets) {
     for (std::size_t i = 0; i < t.held.size(); ++i) {
       const std::size_t g = t.held[i];
-      Eigen::MatrixXd N(6, stresses);
-      for (Eigen::Index s = 0; s < stresses; ++s) N.col(s) = as_eigen(balance.stress[s][g]);
-      result[g].beyond_solver = as_wrench(N * z);
-      result[g].F_WC += result[g].beyond_solver;
-      if (!with_determined) continue;
+      const Eigen::MatrixXd N = columns_of(balance.open, g);
       const Eigen::MatrixXd unit = R.transpose().triangularView<Eigen::Lower>().solve(N.transpose()).transpose();
       const Eigen::MatrixXd largest =
           t.directions[i].transpose() * cholesky_solution(Cholesky(t.D[i]), t.directions[i]);
@@ -254,9 +279,9 @@ std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const K
   const Balance balance = balance_of(system, k, sample);
   for (std::size_t g = 0; g < result.size(); ++g) {
     result[g].F_WC = balance.F[g];
-    if (with_determined) result[g].determined.assign(6, true);
   }
-  if (!balance.stress.empty()) relieve(balance, with_determined, result);
+  relieve(balance, result);
+  if (with_determined) find_determined(balance, result);
   return result;
 }
 

@@ -37,7 +37,9 @@ class RobotAssembly {
     result_.tree = mapping_node(Mark{model_.links[tree_->root].mark.source, 1, 1});
     put(result_.tree, "schema", text_node("grapnel-robot/1"));
     put(result_.tree, "name", text_node(model_.name.empty() ? options_.source.stem().string() : model_.name));
+    wheels_ = wheels_of_joints(model_, *tree, grouped_, options_, result_.decisions, faults_);
     put(result_.tree, "base", base_node());
+    add_wheels();
     Node links = sequence_node();
     for (std::size_t g = 1; g < grouped_.groups.size() && !faults_.full(); ++g)
       links.items.push_back(link_node(grouped_.groups[g]));
@@ -125,6 +127,32 @@ class RobotAssembly {
     return node;
   }
 
+  void add_wheels() {
+    if (wheels_.empty()) return;
+    Node list = sequence_node();
+    for (const WheelOfJoint& wheel : wheels_) {
+      const SourceJoint& joint = model_.joints[wheel.joint];
+      Node node = mapping_node(joint.mark);
+      put(node, "name", text_node(name_for(joint.name, joint.mark, "wheel"), joint.mark));
+      put(node, "axis", vector_node_of(wheel.axis, joint.mark));
+      put(node, "inertia", number_node(wheel.inertia, joint.mark));
+      if (joint.effort && *joint.effort > 0 && *joint.effort <= kLargestEffort)
+        put(node, "torque", number_node(*joint.effort, joint.limit_mark));
+      if (joint.rate && *joint.rate > 0 && *joint.rate <= kLargestRate)
+        put(node, "rate", number_node(*joint.rate, joint.limit_mark));
+      put_friction(node, joint);
+      list.items.push_back(std::move(node));
+    }
+    put(result_.tree, "wheels", std::move(list));
+  }
+
+  static void put_friction(Node& node, const SourceJoint& joint) {
+    Node friction = mapping_node(joint.mark);
+    if (joint.viscous_friction != 0) put(friction, "viscous", number_node(joint.viscous_friction, joint.mark));
+    if (joint.coulomb_friction != 0) put(friction, "coulomb", number_node(joint.coulomb_friction, joint.mark));
+    if (!friction.entries.empty()) put(node, "friction", std::move(friction));
+  }
+
   // ---- Joints ----
 
   Node joint_node(const LinkGroup& group) {
@@ -138,10 +166,7 @@ class RobotAssembly {
     put(node, "axis", vector_node_of(group.is_reversed ? -joint.axis : joint.axis, joint.mark));
     if (!is_identity(group.X_PF)) put(node, "origin", pose_node(group.X_PF, joint.mark));
     put_limits(node, joint);
-    Node friction = mapping_node(joint.mark);
-    if (joint.viscous_friction != 0) put(friction, "viscous", number_node(joint.viscous_friction, joint.mark));
-    if (joint.coulomb_friction != 0) put(friction, "coulomb", number_node(joint.coulomb_friction, joint.mark));
-    if (!friction.entries.empty()) put(node, "friction", std::move(friction));
+    put_friction(node, joint);
     if (joint.rotor_inertia != 0) put(node, "rotor_inertia", number_node(joint.rotor_inertia, joint.mark));
     if (joint.gear_ratio != 1) put(node, "gear_ratio", number_node(joint.gear_ratio, joint.mark));
     return node;
@@ -293,7 +318,7 @@ class RobotAssembly {
     const bool rigid = grouped_.groups.size() == 1;
     for (std::size_t g = rigid ? 0 : 1; g < grouped_.groups.size(); ++g) {
       for (const GroupedLink& one : grouped_.groups[g].links) {
-        if (one.link == grouped_.world || is_inner(one.link)) continue;
+        if (one.link == grouped_.world || is_inner(one.link) || is_on_wheel(one.link)) continue;
         add(model_.links[one.link].name, model_.links[one.link].mark, static_cast<int>(g), one.X_GL);
       }
     }
@@ -304,6 +329,12 @@ class RobotAssembly {
         if (!taken) add(frame.name, frame.mark, group, X_GL * frame.X_LF);
       }
     }
+  }
+
+  bool is_on_wheel(int link) const {
+    return std::any_of(wheels_.begin(), wheels_.end(), [&](const WheelOfJoint& wheel) {
+      return std::find(wheel.links.begin(), wheel.links.end(), link) != wheel.links.end();
+    });
   }
 
   // Whether a link is joined to more than one other link of the robot, or is all of it.
@@ -369,6 +400,7 @@ class RobotAssembly {
   ImportedRobot result_;
   const LinkTree* tree_ = nullptr;
   GroupedLinks grouped_;
+  std::vector<WheelOfJoint> wheels_;
   std::string base_name_;
   std::vector<std::string> body_names_;                 // per group
   std::map<std::string, std::set<std::string>> names_;  // in use, by kind

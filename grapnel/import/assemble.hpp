@@ -37,6 +37,7 @@ struct PackageFolder {
 struct ImportOptions {
   StatedName base;  // the link that becomes the base; no name: the root
   std::vector<LockedJoint> locked;
+  std::vector<StatedName> wheels;         // joints that become reaction wheels of the base
   std::vector<StatedName> end_effectors;  // links or frames; empty: the outermost links
   std::vector<PackageFolder> packages;
   bool repair_inertia = false;  // take the nearest possible tensor where no body can have what the file says

@@ -62,6 +62,20 @@ std::optional<GroupedLinks> group_links(const SourceModel& model, const LinkTree
                                         const std::vector<std::optional<Posed>>& settled, const ImportOptions& options,
                                         std::vector<ImportDecision>& decisions, FaultList& faults);
 
+/// A joint that becomes a reaction wheel of the base.
+struct WheelOfJoint {
+  int joint = -1;
+  std::vector<int> links;  // that turn with it
+  Vector3d axis;           // in the base's frame
+  double inertia = 0;      // about it, of all that turns [kg m^2]
+};
+
+/// Those that the user named, which settle_joints() has settled: on links of the base, carrying balanced rotors. Others
+/// are faults.
+std::vector<WheelOfJoint> wheels_of_joints(const SourceModel& model, const LinkTree& tree, const GroupedLinks& grouped,
+                                           const ImportOptions& options, std::vector<ImportDecision>& decisions,
+                                           FaultList& faults);
+
 /// Places by name, for messages and look-ups.
 template <class Named>
 std::map<std::string, int, std::less<>> indices_of(const std::vector<Named>& list) {
@@ -110,7 +124,7 @@ std::optional<SourceInertia> weigh(const SourceModel& model, const LinkGroup& gr
 /// A mesh file that is there, or why there is none.
 struct FoundMesh {
   std::filesystem::path file;  // empty: none
-  std::string why_not;         // "it is a .dae file; STL and OBJ are read"
+  std::string why_not;         // a clause: ".ply files are not read; .stl, .obj and .dae are"
 };
 
 /// The file that a source names: package://NAME/rest and its likes by the folders that the user gave, else in a folder
@@ -123,7 +137,8 @@ FoundMesh find_mesh(const std::string& named, const ImportOptions& options);
 /// Without the sign of zero, which nobody means.
 Node vector_node_of(const Vector3d& v, const Mark& mark);
 bool is_identity(const Posed& X);
-/// position and quaternion_wxyz, what is not zero of them, into a mapping in place of what it says of a pose.
+/// position and quaternion_wxyz (of half turns about z: rpy), what is not zero of them, into a mapping in place of the
+/// pose there.
 void put_pose(Node& mapping, const Posed& X, const Mark& mark);
 Node pose_node(const Posed& X, const Mark& mark);
 /// The pose that a mapping says; identity where it says none that can be read.

@@ -115,6 +115,7 @@ class JointSettler {
     values_.resize(model.joints.size());
     is_in_chain_.resize(model.joints.size(), false);
     for (const LockedJoint& locked : options.locked) lock(locked);
+    for (const StatedName& wheel : options.wheels) keep_wheel(wheel);
   }
 
   std::vector<std::optional<Posed>> settle() {
@@ -168,6 +169,19 @@ class JointSettler {
                           fmt::format("joint {} is locked at {:.9g} {}, as asked for{}", in_quotes(joint.name),
                                       locked.value, unit_of(joint), outside ? ", which is outside of its limits" : ""),
                           joint.name});
+  }
+
+  // A wheel turns, but it moves nothing: its rotor is balanced, and part of the base.
+  void keep_wheel(const StatedName& wheel) {
+    const auto it = joints_.find(wheel.name);
+    if (it == joints_.end())
+      faults_.add(wheel.mark, fmt::format("there is no joint {} to be a wheel{}", in_quotes(wheel.name),
+                                          suggestion(wheel.name, names_of(model_.joints), "joints")));
+    else if (values_[it->second])
+      faults_.add(wheel.mark,
+                  fmt::format("joint {} is locked or chosen before: it cannot be a wheel too", in_quotes(wheel.name)));
+    else
+      values_[it->second] = 0;
   }
 
   // The value of a joint that follows others: up the chain to one that is locked or moves, which counts as 0, and back.

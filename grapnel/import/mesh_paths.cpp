@@ -75,10 +75,10 @@ FoundMesh find_in_package(const InPackage& in, const ImportOptions& options) {
 FoundMesh find_mesh(const std::string& named, const ImportOptions& options) {
   const auto package = in_package(named);
   const std::string ending = lower_ending(package ? package->rest : fs::path(named));
-  if (ending != ".stl" && ending != ".obj")
+  if (ending != ".stl" && ending != ".obj" && ending != ".dae")
     return {{},
-            ending.empty() ? "it has no ending; .stl and .obj are read"
-                           : fmt::format("{} files are not read, .stl and .obj are", printable_line(ending))};
+            ending.empty() ? "it has no ending; .stl, .obj and .dae are read"
+                           : fmt::format("{} files are not read; .stl, .obj and .dae are", printable_line(ending))};
   FoundMesh found;
   if (package) {
     found = find_in_package(*package, options);

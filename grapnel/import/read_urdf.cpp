@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -51,17 +50,29 @@ std::string_view trimmed(std::string_view text) {
 
 bool is_element(const xml_node& node) { return node.type() == pugi::node_element; }
 
-// The first place that only a macro processor understands.
+// What only a macro processor understands: its elements, and its expressions in attributes.
 struct MacroFinder : pugi::xml_tree_walker {
-  xml_node found;
+  struct Found {
+    xml_node node;
+    std::string attribute;  // with an expression; empty: the element is a macro
+  };
+  std::vector<Found> found;
+  bool defines = false;  // what a file has that was not expanded
+
   bool for_each(xml_node& node) override {
-    const auto has_macro = [](const pugi::xml_attribute& attribute) {
-      return std::string_view(attribute.value()).find("${") != std::string_view::npos;
-    };
-    const bool is_macro = std::string_view(node.name()).starts_with("xacro:") ||
-                          std::any_of(node.attributes_begin(), node.attributes_end(), has_macro);
-    if (is_macro) found = node;
-    return !is_macro;
+    const std::string_view name = node.name();
+    if (name.starts_with("xacro:")) {
+      static constexpr std::string_view kDefinitions[] = {"xacro:macro", "xacro:property", "xacro:include",
+                                                          "xacro:arg"};
+      defines |= std::find(std::begin(kDefinitions), std::end(kDefinitions), name) != std::end(kDefinitions);
+      found.push_back({node, {}});
+      return true;
+    }
+    for (const pugi::xml_attribute& attribute : node.attributes()) {
+      if (std::string_view(attribute.value()).find("${") != std::string_view::npos)
+        found.push_back({node, attribute.name()});
+    }
+    return true;
   }
 };
 
@@ -89,6 +100,10 @@ class UrdfReader {
     }
     for (const xml_node& node : root.children("transmission")) read_transmission(node);
     finish_drives();
+    add_world();
+    if (file_.expressions() > 0)
+      decide(file_.first_expression(), fmt::format("{} in place of a number, as here: its value is taken",
+                                                   counted(file_.expressions(), "arithmetic expression")));
     if (model_.links.empty() && faults_.empty()) faults_.add(file_.mark(root), "the robot has no <link>");
     say_left_out();
     return std::move(model_);
@@ -100,18 +115,45 @@ class UrdfReader {
     const std::string source = mark.source ? *mark.source : std::string();
     MacroFinder macros;
     file_.root().parent().traverse(macros);
-    if (macros.found || lower_case(source).ends_with(".xacro")) {
-      faults_.add(macros.found ? file_.mark(macros.found) : mark,
+    if (macros.defines || lower_case(source).ends_with(".xacro")) {
+      faults_.add(macros.found.empty() ? mark : file_.mark(macros.found[0].node),
                   fmt::format("this is a xacro file, which has to be expanded first: xacro {} > robot.urdf",
                               shell_word(source)));
       return false;
     }
+    for (const auto& [node, attribute] : macros.found) {
+      if (faults_.full()) return false;
+      if (attribute.empty())
+        faults_.add(file_.mark(node),
+                    fmt::format("the macro <{}> was left over when xacro expanded the file: define it "
+                                "there, or remove it",
+                                shortened(printable_line(node.name()))));
+      else
+        faults_.add(file_.mark(node, attribute),
+                    fmt::format("{} of <{}> is {}: xacro left an expression that it did not expand",
+                                shortened(printable_line(attribute)), shortened(printable_line(node.name())),
+                                in_quotes(node.attribute(attribute.c_str()).value())));
+    }
+    if (!macros.found.empty()) return false;
     const std::string_view name = root.name();
     if (name == "robot") return true;
     faults_.add(mark, fmt::format("the outermost element is <{}>, of a URDF file it is <robot>{}",
                                   shortened(printable_line(name)),
                                   name == "sdf" ? "; SDF files are not read, most have a URDF of the same robot" : ""));
     return false;
+  }
+
+  // Joints may hang on a world that the file does not declare.
+  void add_world() {
+    if (links_.contains("world")) return;
+    const auto joint = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                    [](const SourceJoint& one) { return one.parent == "world"; });
+    if (joint == model_.joints.end()) return;
+    SourceLink world;
+    world.name = "world";
+    world.mark = joint->parent_mark;
+    decide(world.mark, "link 'world' is not declared and is taken as an empty root");
+    model_.links.push_back(std::move(world));
   }
 
   // ---- What is said ----
@@ -414,11 +456,8 @@ class UrdfReader {
         const xml_node node = place.child(name);
         if (!node) continue;
         if (node.attribute("value")) return file_.number(node, "value", faults_);
-        std::string_view text = trimmed(node.child_value());
-        if (text.starts_with('+')) text.remove_prefix(1);
-        double value = 0;
-        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error == std::errc() && rest == text.data() + text.size() && std::isfinite(value)) return value;
+        const std::string_view text = trimmed(node.child_value());
+        if (const auto value = arithmetic_value(text)) return value;
         faults_.add(file_.mark(node), fmt::format("<{}>: {} is no finite number", name, in_quotes(text)));
         return {};
       }

@@ -1,5 +1,6 @@
 #include "grapnel/import/assembly_steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "grapnel/text/yaml_values.hpp"
@@ -20,6 +21,13 @@ bool is_unturned(const Rotationd& R) {
   }
   return true;
 }
+// Half turns about z or nearly so: as a quaternion they would raise the doubt that its numbers are in the order
+// x, y, z, w.
+bool is_half_turn_about_z(const Quaterniond& q) { return std::abs(q.z) > 0.9 && std::abs(q.w) < 0.3; }
+// Of a rotation whose pitch is far from a quarter turn.
+Vector3d rpy_of(const Rotationd& R) {
+  return {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
+}
 bool is_origin(const Vector3d& p) { return p[0] == 0 && p[1] == 0 && p[2] == 0; }
 }  // namespace
 
@@ -31,6 +39,10 @@ void put_pose(Node& mapping, const Posed& X, const Mark& mark) {
   if (!is_origin(X.p)) put(mapping, "position", vector_node_of(X.p, mark));
   if (is_unturned(X.R)) return;
   const Quaterniond q = quaternion_from(X.R);
+  if (is_half_turn_about_z(q)) {
+    put(mapping, "rpy", vector_node_of(rpy_of(X.R), mark));
+    return;
+  }
   const double values[] = {q.w + 0.0, q.x + 0.0, q.y + 0.0, q.z + 0.0};
   put(mapping, "quaternion_wxyz", list_node(values, mark));
 }

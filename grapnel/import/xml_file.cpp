@@ -16,9 +16,12 @@ bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) !=
 
 }  // namespace
 
-XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults)
-    : source_(std::make_shared<const std::string>(path)), text_(std::move(text)) {
+XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults, Numbers numbers)
+    : source_(std::make_shared<const std::string>(path)), form_(numbers) {
   line_begins_.push_back(0);
+  auto utf8 = xml_in_utf8(path, std::move(text), encoding_note_, faults);
+  if (!utf8) return;
+  text_ = std::move(*utf8);
   std::size_t characters = 0;
   for (std::size_t i = 0; i < text_.size(); ++i) {
     if (i % kBlock == 0) characters_.push_back(characters);
@@ -61,6 +64,20 @@ Mark XmlFile::mark(const pugi::xml_node& node, std::string_view attribute) const
   return found ? mark_at(static_cast<std::size_t>(found.name() - text_.data())) : mark(node);
 }
 
+std::optional<double> XmlFile::value_of(std::string_view word, const pugi::xml_node& node,
+                                        const char* attribute) const {
+  std::string_view plain = word;
+  if (plain.starts_with('+')) plain.remove_prefix(1);
+  double number = 0;
+  const auto [rest, error] = std::from_chars(plain.data(), plain.data() + plain.size(), number);
+  if (error == std::errc() && rest == plain.data() + plain.size())
+    return std::isfinite(number) ? std::optional(number) : std::nullopt;
+  if (form_ == Numbers::plain) return std::nullopt;
+  const auto value = arithmetic_value(word);
+  if (value && expressions_++ == 0) first_expression_ = mark(node, attribute);
+  return value;
+}
+
 std::optional<std::vector<double>> XmlFile::numbers(const pugi::xml_node& node, const char* attribute,
                                                     std::size_t count, FaultList& faults) const {
   const pugi::xml_attribute found = node.attribute(attribute);
@@ -72,21 +89,21 @@ std::optional<std::vector<double>> XmlFile::numbers(const pugi::xml_node& node, 
     at = value.find_first_not_of(" \t\r\n", at);
     if (at == std::string_view::npos) break;
     const std::size_t end = std::min(value.find_first_of(" \t\r\n", at), value.size());
-    std::string_view word = value.substr(at, end - at);
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double number = 0;
-    const auto [rest, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || rest != word.data() + word.size() || !std::isfinite(number)) {
+    // A single number may have blanks within.
+    const bool is_whole = count == 1 && form_ == Numbers::arithmetic;
+    const std::string_view word =
+        is_whole ? value.substr(at, value.find_last_not_of(" \t\r\n") + 1 - at) : value.substr(at, end - at);
+    const auto number = value_of(word, node, attribute);
+    if (!number) {
       faults.add(mark(node, attribute),
-                 fmt::format("{} of <{}>: {} is no finite number{}", attribute, node.name(),
-                             in_quotes(value.substr(at, end - at)),
-                             word.find("${") != std::string_view::npos ? "; a xacro file must be expanded first: "
-                                                                         "xacro robot.urdf.xacro > robot.urdf"
-                                                                       : ""));
+                 fmt::format("{} of <{}>: {} is no finite number{}", attribute, node.name(), in_quotes(word),
+                             word.find("${") != std::string_view::npos
+                                 ? ", but an expression of xacro, which has to be expanded"
+                                 : ""));
       return std::nullopt;
     }
-    numbers.push_back(number);
-    at = end;
+    numbers.push_back(*number);
+    at = is_whole ? value.size() : end;
   }
   if (count != 0 && numbers.size() != count) {
     faults.add(mark(node, attribute),

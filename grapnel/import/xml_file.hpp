@@ -16,17 +16,36 @@
 
 namespace grapnel {
 
+/// The text of an XML file in UTF-8, without a byte order mark, its declaration saying so. It may be in UTF-16 (with a
+/// byte order mark or without), ISO-8859-1, ISO-8859-15, Windows-1252 or US-ASCII if the declaration says so. What is
+/// no UTF-8 and declares nothing else is taken as Windows-1252, with a sentence in `note`. Empty, with a fault, for
+/// other encodings.
+std::optional<std::string> xml_in_utf8(const std::string& path, std::string bytes, std::string& note,
+                                       FaultList& faults);
+
+/// The value of an arithmetic expression, as in 35.2644*pi/180: numbers, pi, + - * / ^, parentheses, and sqrt, sin,
+/// cos, tan, asin, acos, atan of radians. Empty if it is none.
+std::optional<double> arithmetic_value(std::string_view text);
+
 /// A parsed file. The document's nodes are valid as long as it lives.
 class XmlFile {
  public:
-  /// Parses `text`; `path` is the file's name in messages. What is no XML is a fault at its place, after which root()
-  /// is empty.
-  XmlFile(const std::string& path, std::string text, FaultList& faults);
+  /// Whether attributes may have arithmetic expressions where numbers are expected.
+  enum class Numbers { plain, arithmetic };
+
+  /// Parses `text`, in any encoding of xml_in_utf8(); `path` is the file's name in messages. What is no XML is a fault
+  /// at its place, after which root() is empty.
+  XmlFile(const std::string& path, std::string text, FaultList& faults, Numbers numbers = Numbers::plain);
   XmlFile(const XmlFile&) = delete;  // nodes point into the text
   XmlFile& operator=(const XmlFile&) = delete;
 
   /// The outermost element.
   pugi::xml_node root() const { return document_.document_element(); }
+  /// What was assumed about the encoding, a sentence; empty: nothing.
+  const std::string& encoding_note() const { return encoding_note_; }
+  /// Where the first arithmetic expression was read, and how many were.
+  const Mark& first_expression() const { return first_expression_; }
+  std::size_t expressions() const { return expressions_; }
   /// Where an element's name stands.
   Mark mark(const pugi::xml_node& node) const;
   /// Where an attribute's name stands; of one that is not there, its element.
@@ -43,6 +62,7 @@ class XmlFile {
 
  private:
   Mark mark_at(std::size_t offset) const;
+  std::optional<double> value_of(std::string_view word, const pugi::xml_node& node, const char* attribute) const;
   std::size_t characters_before(std::size_t offset) const;
 
   std::shared_ptr<const std::string> source_;
@@ -52,6 +72,10 @@ class XmlFile {
   static constexpr std::size_t kBlock = 1024;
   std::vector<std::size_t> characters_;
   pugi::xml_document document_;
+  Numbers form_;
+  std::string encoding_note_;
+  mutable std::size_t expressions_ = 0;
+  mutable Mark first_expression_;
 };
 
 }  // namespace grapnel

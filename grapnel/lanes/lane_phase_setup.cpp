@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "grapnel/lanes/lane_loops_setup.hpp"
@@ -39,10 +40,9 @@ bool is_cycloidal(const JointTrajectory& trajectory) {
 
 // Joints' positions in the order of sampled control's channels.
 std::vector<int> channels_of(const Model& model, const PhaseSetup& setup) {
-  std::vector<int> channels = setup.channels;
-  if (channels.empty()) {
-    for (std::size_t j = 0; j < model.joints().size(); ++j) channels.push_back(static_cast<int>(j));
-  }
+  if (setup.channels) return *setup.channels;
+  std::vector<int> channels(model.joints().size());
+  std::iota(channels.begin(), channels.end(), 0);
   return channels;
 }
 

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "grapnel/plan/arm_starts.hpp"
+#include "grapnel/plan/exchanged_grasps.hpp"
 
 namespace grapnel {
 
@@ -319,11 +320,6 @@ std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProb
   return found;
 }
 
-namespace {
-
-constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
-
-// Where the first joint's parent frame puts the joint, for a base at X_WB.
 std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal) {
   const Model& model = base.model();
   const ArmReach reach = arm_reach(model, goal.frame);
@@ -340,6 +336,10 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
       "must be {:.4g} m nearer to each other when it closes",
       distance, model.bodies()[reach.first_body].description.joint.name, reach.length, distance - reach.length);
 }
+
+namespace {
+
+constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
 
 // Limits that the joints would have to pass to come nearer: the gradient pushes against them.
 std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Arm& arm,
@@ -442,8 +442,10 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   failure.miss.resize(problem.goals.size());
   std::vector<bool> explained(problem.goals.size(), false);
   const auto say = [&](const std::string& text) { failure.text += (failure.text.empty() ? "" : "; ") + text; };
+  std::vector<std::vector<std::size_t>> faulty;
   for (const Incompatible& set : incompatible_goals(base, problem, from)) {
     say(set.text);
+    faulty.push_back(set.goals);
     for (std::size_t g : set.goals) explained[g] = true;
   }
   for (std::size_t a = 0; a < settled.arms.size(); ++a) {
@@ -454,12 +456,17 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
       failure.miss[g] = miss[i];
       if (explained[g] || (miss[i].distance < kBlamed && miss[i].angle < kBlamed)) continue;
       base.place(settled.theta);
+      faulty.push_back({g});
       say(fmt::format("end-effector '{}' comes no closer than {}{}: {}", arm.goals[i].name,
                       amount(arm.goals[i], miss[i]), place_of(problem.goals, arm.goals[i]),
                       cause(base, problem, settled, a, i)));
     }
   }
-  if (!failure.text.empty()) return failure;
+  if (!failure.text.empty()) {
+    const std::string exchange = exchange_of_grasps(base, problem, settled.X_WB, faulty);
+    if (!exchange.empty()) failure.text = exchange + "; as stated: " + failure.text;
+    return failure;
+  }
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
   failure.text = fmt::format(

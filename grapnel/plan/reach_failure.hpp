@@ -62,6 +62,10 @@ struct Incompatible {
 std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProblem& problem,
                                              const std::vector<double>& theta);
 
+/// How much nearer base and target must be for a goal beyond the length of its arm, with the base at X_WB, in words;
+/// empty: it is within that.
+std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal);
+
 /// Distances and angles of the goals in an error vector (empty: zeros).
 std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd& error);
 

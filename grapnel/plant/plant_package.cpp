@@ -25,6 +25,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
+// As --set would state it, where the scenario has no control.
+constexpr const char* kUsualPeriod = "control.period=10 ms";
+
 // As --set asks for them. @throws InputError.
 std::vector<Change> changes_of(const std::vector<std::string>& settings) {
   std::vector<Change> changes;
@@ -72,6 +75,12 @@ std::optional<WrittenNumber> number_at(const Node& node) {
   return WrittenNumber{*plain, ""};
 }
 
+// A number as a plain one, whatever unit it is written with.
+Node in_si_units(Node node) {
+  if (const auto number = number_at(node)) node.text = fmt::format("{:.17g}", number->value);
+  return node;
+}
+
 // Paths of all numbers below a node.
 void list_numbers(const Node& node, const std::string& path, std::vector<std::string>& paths) {
   if (number_at(node)) paths.push_back(path);
@@ -91,7 +100,7 @@ std::vector<std::string> default_parameters(const Node& scenario, const CaptureP
     const Mark mark{std::make_shared<const std::string>(path), 0, 0};
     const std::vector<PathStep> steps = path_steps(scenario, path, mark, faults);
     const std::optional<Node> node = value_at(scenario, path);
-    if (faults.size() == 0 && node && problem_setter(steps, *node, problem)) varied.push_back(path);
+    if (faults.size() == 0 && node && problem_setter(steps, in_si_units(*node), problem)) varied.push_back(path);
   }
   return varied;
 }
@@ -203,9 +212,16 @@ CaptureProblem load_plant(const PlantPackage& package, const fs::path& folder, c
 GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::string>& settings,
                            const std::vector<std::string>& parameters, bool base_torque, std::vector<Fault>* warnings) {
   ScenarioFiles files;
-  const std::vector<Change> changes = changes_of(settings);
-  const CaptureProblem problem = load_scenario(scenario, changes, files, warnings);
   GatheredPlant gathered;
+  gathered.package.settings = settings;
+  std::vector<Change> changes = changes_of(settings);
+  CaptureProblem problem = load_scenario(scenario, changes, files, warnings);
+  if (!problem.control) {
+    gathered.assumed = kUsualPeriod;
+    gathered.package.settings.push_back(gathered.assumed);
+    changes = changes_of(gathered.package.settings);
+    problem = load_scenario(scenario, changes, files, nullptr);
+  }
   gathered.plant = plant_of(problem, base_torque);
   gathered.package.base_torque = base_torque;
   const Node tree = tree_with(changes, scenario, files);
@@ -218,7 +234,6 @@ GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::stri
     }
   }
   for (const std::string& path : paths) gathered.package.parameters.push_back(parameter_at(tree, path));
-  gathered.package.settings = settings;
   refuse_absolute(tree);
   std::vector<fs::path> read{scenario};
   for (const fs::path& path : files.paths()) {

@@ -35,6 +35,7 @@ CaptureProblem load_plant(const PlantPackage& package, const std::filesystem::pa
 /// A package to be, with the files that belong to it, as they lie on this machine.
 struct GatheredPlant {
   PlantPackage package;  // without a token
+  std::string assumed;   // a setting, path=value, that the scenario lacked; empty: none
   CaptureProblem plant;
   struct File {
     std::filesystem::path from;
@@ -45,7 +46,8 @@ struct GatheredPlant {
 
 /// Reads a scenario, and finds what it consists of. Files keep their places relative to each other. `parameters`: paths
 /// of numbers that may be changed; of "default" all those of the scenario's file at initial, targets, contact, impact
-/// and loads. @throws InputError, or PlantError where it cannot be a plant or a file is named by an absolute path.
+/// and loads. A scenario without control is sampled every 10 ms. @throws InputError, or PlantError where it cannot be a
+/// plant or a file is named by an absolute path.
 GatheredPlant gather_plant(const std::filesystem::path& scenario, const std::vector<std::string>& settings,
                            const std::vector<std::string>& parameters, bool base_torque, std::vector<Fault>* warnings);
 

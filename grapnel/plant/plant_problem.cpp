@@ -16,6 +16,12 @@ void take_out_laws(PostImpactSetup& post) {
   post.kp.clear(), post.kd.clear();
   post.detumble.reset(), post.keep_base_attitude.reset(), post.model.reset();
   post.base_control.reset();
+  if (!post.until) return;
+  post.until->event = PhaseUntil::Event::none;  // of a law
+  const PhaseUntil& until = *post.until;
+  const bool any_left = until.base_rate || until.target_rate || until.relative_rate || until.joint_rate ||
+                        until.wheel_momentum_below || until.wheel_momentum_above;
+  if (!any_left) post.until.reset();
 }
 
 }  // namespace
@@ -35,9 +41,9 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
                      " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
                      "parameters, or say --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
-    throw PlantError("the scenario has neither an approach nor a post_impact, so nothing in it moves");
+    throw PlantError("the scenario has neither an approach nor a post_impact nor a motion, so nothing in it moves");
   if (problem.approach) take_out_laws(*problem.approach);
-  if (problem.post_impact) take_out_laws(*problem.post_impact);
+  for (PostImpactSetup& phase : problem.post_impact) take_out_laws(phase);
   const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
   if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
   control.external = true;

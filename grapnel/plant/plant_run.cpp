@@ -150,7 +150,8 @@ void PlantRun::work() {
   try {
     CaptureSteps steps(plant_, CaptureDetail::columns, progress);
     while (const MotionTask* task = steps.next())
-      phase_ = task->phase.starts_with("approach") ? PlantOutputs::kApproach : PlantOutputs::kAfterImpact;
+      phase_ = task->phase == "approach" || task->phase.starts_with("approach_") ? PlantOutputs::kApproach
+                                                                                 : PlantOutputs::kAfterImpact;
     const CaptureResult result = steps.finish();
     if (result.status == CaptureStatus::completed) {
       conclude(result);

@@ -23,12 +23,22 @@ struct KeepsFloatingPoint {
   ~KeepsFloatingPoint() { std::fesetenv(&environment); }
 };
 
+/// The working directory is the caller's: results go to paths that are relative to it. Costs two calls of stat().
+class KeepsDirectory {
+ public:
+  KeepsDirectory();
+  ~KeepsDirectory();
+  KeepsDirectory(const KeepsDirectory&) = delete;
+  KeepsDirectory& operator=(const KeepsDirectory&) = delete;
+};
+
 /// Calls a function of a controller that is called so, "the plugin 'mine.so'": with whom to blame for a crash (see
 /// PluginCall). It is C, but one in C++ may forget that. @throws ControllerError where it threw an exception.
 template <class Call>
 auto guarded(const std::string& named, const char* function, double time, const Call& call) {
   const PluginCall blame(named.c_str(), function, time);
   const KeepsFloatingPoint kept;
+  const KeepsDirectory directory;
   try {
     return call();
   } catch (...) {

@@ -13,6 +13,7 @@
 
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/plugin/guarded_call.hpp"
+#include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
@@ -144,6 +145,7 @@ ControllerPlugin::ControllerPlugin(const std::string& file, const std::string& s
     : named_(fmt::format("the plugin '{}'", shown)) {
   const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
   const KeepsFloatingPoint kept;
+  const KeepsDirectory directory;
   library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   const auto refuse = [&](const std::string& why) {
     if (library_ != nullptr) ::dlclose(library_);
@@ -188,7 +190,11 @@ std::string ControllerPlugin::fault() const {
 }
 
 ControllerPlugin::~ControllerPlugin() {
-  if (library_ != nullptr) ::dlclose(library_);
+  if (library_ == nullptr) return;
+  const PluginCall blame(named_.c_str(), "the code that runs when it is unloaded", 0);
+  const KeepsFloatingPoint kept;
+  const KeepsDirectory directory;
+  ::dlclose(library_);
 }
 
 std::shared_ptr<const ControllerPlugin> open_plugin(const std::string& file, const std::string& shown) {
@@ -216,6 +222,7 @@ PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugi
       desired_rate_(position_),
       desired_acceleration_(position_),
       effort_(position_) {
+  end_late_plugins();
   const std::string description = robot_json(robot_, model).dump();
   const grapnel_controller_setup setup{
       sizeof(setup), parameters.c_str(), description.c_str(),         static_cast<int>(robot_.joints.size()),
@@ -231,8 +238,9 @@ PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugi
 }
 
 PluginController::~PluginController() {
-  const PluginCall blame(plugin_->named().c_str(), "destroy", time_);
-  plugin_->functions().destroy(instance_);
+  end_plugin([plugin = plugin_, instance = instance_, time = time_] {
+    guarded(plugin->named(), "destroy", time, [&] { plugin->functions().destroy(instance); });
+  });
 }
 
 void PluginController::fail(const char* what, double time) const {

@@ -1,12 +1,18 @@
 #include "grapnel/plugin/plugin_crash.hpp"
 
+#include <fmt/format.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <mutex>
 
 namespace grapnel {
@@ -14,15 +20,56 @@ namespace {
 
 thread_local const PluginCall* t_call = nullptr;
 
+// A stack for the handler of a thread whose own is full; as long as the thread lives.
+class HandlerStack {
+ public:
+  std::uintptr_t low = 0;  // the thread's own stack begins here; 0: unknown
+
+  void prepare() {
+    if (is_ready_) return;
+    is_ready_ = true;
+    find_low();
+    stack_t now{};
+    // Someone else's, a sanitizer's say, serves as well.
+    if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
+    memory_ = std::make_unique<char[]>(kSize);
+    stack_t mine{};
+    mine.ss_sp = memory_.get(), mine.ss_size = kSize;
+    if (::sigaltstack(&mine, nullptr) != 0) memory_.reset();
+  }
+  ~HandlerStack() {
+    if (!memory_) return;
+    stack_t none{};
+    none.ss_flags = SS_DISABLE;
+    ::sigaltstack(&none, nullptr);
+  }
+
+ private:
+  static constexpr std::size_t kSize = 64 << 10;  // [bytes]: AVX-512 state alone takes 3 KiB of a handler's frame
+
+  void find_low() {
+    pthread_attr_t attributes;
+    if (::pthread_getattr_np(::pthread_self(), &attributes) != 0) return;
+    void* begin = nullptr;
+    std::size_t size = 0;
+    if (::pthread_attr_getstack(&attributes, &begin, &size) == 0) low = reinterpret_cast<std::uintptr_t>(begin);
+    ::pthread_attr_destroy(&attributes);
+  }
+
+  std::unique_ptr<char[]> memory_;
+  bool is_ready_ = false;
+};
+thread_local HandlerStack t_stack;
+
 struct Watched {
   int number;
   const char* name;
 };
-constexpr std::array<Watched, 5> kWatched = {{{SIGSEGV, "segmentation fault"},
-                                              {SIGBUS, "bus error"},
-                                              {SIGFPE, "arithmetic fault"},
-                                              {SIGILL, "illegal instruction"},
-                                              {SIGABRT, "abort"}}};
+constexpr std::array<Watched, 5> kWatched = {{{SIGSEGV, " (segmentation fault)"},
+                                              {SIGBUS, " (bus error)"},
+                                              {SIGFPE, " (arithmetic fault)"},
+                                              {SIGILL, " (illegal instruction)"},
+                                              {SIGABRT, " (abort)"}}};
 std::array<struct sigaction, kWatched.size()> previous;
 
 // Nothing here may allocate or lock.
@@ -61,7 +108,31 @@ class Line {
   std::size_t size_ = 0;
 };
 
-void on_crash(int number) {
+PluginBlame own_blame{};
+std::atomic<PluginBlame*> shared_blame{&own_blame};
+void (*before_first_call)() = nullptr;
+
+// "grapnel: the plugin 'mine.so' crashed (abort) in update() at t = 0.5 s. ..."; and the end.
+[[noreturn]] void end_process(const char* what, const char* detail, const char* end) {
+  Line line;
+  for (const char* text : {"grapnel: ", t_call->plugin, what, detail, " in ", t_call->function, "() at t = "})
+    line.add(text);
+  line.add(t_call->time);
+  line.add(end);
+  line.write_out();
+  shared_blame.load()->said = true;
+  ::_exit(1);
+}
+
+// Whether the address of a fault is just below this thread's stack.
+bool is_stack_overflow(int number, const siginfo_t& info) {
+  if (number != SIGSEGV && number != SIGBUS) return false;
+  const auto address = reinterpret_cast<std::uintptr_t>(info.si_addr);
+  constexpr std::uintptr_t kNear = 1 << 20;  // [bytes]: frames may jump over the guard page
+  return t_stack.low != 0 && address < t_stack.low + kNear && address + kNear > t_stack.low;
+}
+
+void on_crash(int number, siginfo_t* info, void*) {
   std::size_t which = 0;
   while (which + 1 < kWatched.size() && kWatched[which].number != number) ++which;
   if (t_call == nullptr) {  // not a plugin's: what was there before gets it, as the instruction is tried again
@@ -69,42 +140,70 @@ void on_crash(int number) {
     if (number == SIGABRT) ::raise(number);
     return;
   }
-  Line line;
-  line.add("grapnel: ");
-  line.add(t_call->plugin);
-  line.add(" crashed (");
-  line.add(kWatched[which].name);
-  line.add(") in ");
-  line.add(t_call->function);
-  line.add("() at t = ");
-  line.add(t_call->time);
-  line.add(
-      " s. This ends the program, since the memory of the process cannot be trusted any more; files written so far "
-      "are kept.\n");
-  line.write_out();
-  ::_exit(1);
+  end_process(" crashed", is_stack_overflow(number, *info) ? " (stack overflow)" : kWatched[which].name,
+              " s. This ends the program, since the memory of the process cannot be trusted any more; files written so "
+              "far are kept.\n");
+}
+
+// Of exit() and quick_exit(), by the thread that calls them.
+void on_exit() {
+  if (t_call != nullptr)
+    end_process(" called exit()", "", " s, which ends the program; files written so far are kept.\n");
 }
 
 void watch_for_crashes() {
   static std::once_flag once;
   std::call_once(once, [] {
+    if (before_first_call != nullptr) before_first_call();
     for (std::size_t i = 0; i < kWatched.size(); ++i) {
       struct sigaction action = {};
-      action.sa_handler = on_crash;
+      action.sa_sigaction = on_crash;
+      action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       sigemptyset(&action.sa_mask);
       ::sigaction(kWatched[i].number, &action, &previous[i]);
     }
+    std::atexit(on_exit);
+    std::at_quick_exit(on_exit);
   });
 }
+
+void remember(const PluginCall& call) {
+  PluginBlame& blame = *shared_blame.load();
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (std::strncmp(blame.plugin, call.plugin, sizeof blame.plugin - 1) != 0)
+    std::strncpy(blame.plugin, call.plugin, sizeof blame.plugin - 1);
+  blame.function = call.function, blame.time = call.time;
+}
+
+void count(int more) { std::atomic_ref(shared_blame.load()->calls) += more; }
 
 }  // namespace
 
 PluginCall::PluginCall(const char* the_plugin, const char* the_function, double the_time)
     : plugin(the_plugin), function(the_function), time(the_time), outer_(t_call) {
   watch_for_crashes();
+  t_stack.prepare();
+  remember(*this);
+  count(1);
   t_call = this;
 }
 
-PluginCall::~PluginCall() { t_call = outer_; }
+PluginCall::~PluginCall() {
+  t_call = outer_;
+  count(-1);
+}
+
+void share_plugin_blame(PluginBlame* blame, void (*first)()) {
+  *blame = own_blame;
+  shared_blame = blame;
+  before_first_call = first;
+}
+
+std::string blame_text(const PluginBlame& blame, const std::string& what) {
+  std::string text = std::string(blame.plugin) + " " + what;
+  if (blame.calls > 0) text += fmt::format(" in {}() at t = {:.6f} s", blame.function, blame.time);
+  return text;
+}
 
 }  // namespace grapnel

@@ -1,5 +1,7 @@
 #include "grapnel/problem/capture_problem.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -33,6 +35,14 @@ std::vector<Geometry> shapes_of(const RobotSetup& robot, const std::string& body
     if (name == body) shapes.push_back(shape);
   }
   return shapes;
+}
+
+const char* phases_key(const CaptureProblem& problem) { return problem.impact ? "post_impact" : "motion"; }
+
+std::string phase_name(const CaptureProblem& problem, std::size_t phase) {
+  const std::string& own = problem.post_impact.at(phase).name;
+  if (!own.empty()) return own;
+  return problem.post_impact.size() == 1 ? phases_key(problem) : fmt::format("phase_{}", phase + 1);
 }
 
 std::size_t target_index(const CaptureProblem& problem, const std::string& target) {

@@ -486,8 +486,29 @@ struct GraspForceSetup {
   double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
 };
 
+/// At which rates the system counts as at rest after the impact.
+struct RestSetup {
+  double angular_velocity = 0;                                  // of the base, largest [rad/s]
+  double joint_rate = std::numeric_limits<double>::infinity();  // of every driven joint, largest [rad/s or m/s]
+};
+
+/// What ends a phase of motion before its duration: as soon as all that is given here holds. Rates are magnitudes.
+struct PhaseUntil {
+  std::optional<double> base_rate;             // the base turns no faster [rad/s]
+  std::optional<double> target_rate;           // no target turns faster [rad/s]
+  std::optional<double> relative_rate;         // no target turns faster relative to the base [rad/s]
+  std::optional<double> joint_rate;            // no driven joint moves faster [rad/s or m/s]
+  std::optional<double> wheel_momentum_below;  // no wheel holds more than this share of its largest momentum
+  std::optional<double> wheel_momentum_above;  // a wheel holds this share of its largest momentum, or more
+  enum class Event { none, law_ended };
+  Event event = Event::none;  // law_ended: the law that moves the joints together is over
+};
+
+/// A phase of motion after the impact, or of a run without one.
 struct PostImpactSetup {
-  double duration = 0;  // [s]
+  std::string name;                 // in results; empty: by its place in the sequence (phase_name)
+  double duration = 0;              // at the longest [s]
+  std::optional<PhaseUntil> until;  // absent: it lasts its duration
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
   /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
@@ -511,6 +532,7 @@ struct PostImpactSetup {
   std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
+  std::optional<RestSetup> at_rest;  // absent: it is not evaluated
   /// Grasps that are released.
   struct Release {
     double after = 0;                        // since this phase began [s]
@@ -520,6 +542,45 @@ struct PostImpactSetup {
   std::optional<AssumedTarget> assumed;
   std::optional<IdentifySetup> identify;
   std::optional<LawModel> model;  // absent: what is identified, else what is assumed, else the truth
+};
+
+/// Phases of motion, each from the end of the one before. A sequence that is used as an optional is its first phase,
+/// and in a run the phase at hand.
+class MotionPhases : public std::vector<PostImpactSetup> {
+ public:
+  MotionPhases() = default;
+  MotionPhases(PostImpactSetup only) : std::vector<PostImpactSetup>{std::move(only)} {}
+  MotionPhases& operator=(PostImpactSetup only) {
+    clear();
+    push_back(std::move(only));
+    return *this;
+  }
+
+  bool has_value() const { return !empty(); }
+  explicit operator bool() const { return !empty(); }
+  PostImpactSetup* operator->() { return &front(); }
+  const PostImpactSetup* operator->() const { return &front(); }
+  PostImpactSetup& operator*() { return front(); }
+  const PostImpactSetup& operator*() const { return front(); }
+  void reset() { clear(); }
+  PostImpactSetup& emplace() {
+    *this = PostImpactSetup{};
+    return front();
+  }
+
+  /// Of all phases, at the longest [s].
+  double total_duration() const {
+    double all = 0;
+    for (const PostImpactSetup& phase : *this) all += phase.duration;
+    return all;
+  }
+  template <class Predicate>
+  bool any(Predicate holds) const {
+    for (const PostImpactSetup& phase : *this) {
+      if (holds(phase)) return true;
+    }
+    return false;
+  }
 };
 
 /// Whether joints have gains: they follow something, or hold.
@@ -602,7 +663,7 @@ struct CaptureProblem {
   std::optional<ApproachSetup> approach;
   ContactSetup contact;
   std::optional<ImpactSetup> impact;
-  std::optional<PostImpactSetup> post_impact;
+  MotionPhases post_impact;  // after the impact; without an impact after the approach, or from t = 0 (key `motion`)
   std::vector<LoadSetup> loads;
   std::optional<ControlSetup> control;      // absent: laws speak continuously
   std::optional<SensorSetup> sensors;       // with control only; absent: the laws see the truth
@@ -610,8 +671,14 @@ struct CaptureProblem {
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]
+  bool output_links = false;         // the time series has the links' velocities
   bool output_as_published = false;  // what the thesis's formulas give is shown beside, as with its own law
 };
+
+/// The key of the phases in files and messages: post_impact, without an impact motion.
+const char* phases_key(const CaptureProblem& problem);
+/// The name of a phase in results: its own; of an only one the key, of several phase_1, phase_2, ...
+std::string phase_name(const CaptureProblem& problem, std::size_t phase);
 
 // --- Settings of a run that no scenario states ---
 

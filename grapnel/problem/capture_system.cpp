@@ -179,7 +179,7 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   }
   if (problem.robot.base_mode == RobotSetup::Base::fixed &&
       ((problem.approach && problem.approach->base_control) ||
-       (problem.post_impact && problem.post_impact->base_control)))
+       problem.post_impact.any([](const PostImpactSetup& phase) { return phase.base_control.has_value(); })))
     faults.push_back("base control: the base is fixed");
   if (problem.robot.base_mode == RobotSetup::Base::held && problem.approach && problem.approach->base_control)
     faults.push_back("approach: base control: the base is held");
@@ -192,6 +192,47 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   }
 }
 
+// One phase after the approach. `check_size`: of a list of values per joint.
+template <class CheckSize>
+void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& check_size,
+                 std::vector<std::string>& faults) {
+  const PostImpactSetup& post = problem.post_impact[k];
+  const std::string key = phases_key(problem);
+  const std::string here = problem.post_impact.size() > 1 ? fmt::format("{}[{}]", key, k) : key;
+  const auto add = [&](const std::string& fault) { faults.push_back(here + fault); };
+  if (!(post.duration > 0) || !std::isfinite(post.duration)) add(": duration must be positive");
+  if (has_gains(post.joints)) {
+    check_size(post.kp, (here + ": kp").c_str());
+    check_size(post.kd, (here + ": kd").c_str());
+  }
+  if (post.move) {
+    check_size(post.move->joints, (here + ".move: joints").c_str());
+    if (!(post.move->duration > 0) || !std::isfinite(post.move->duration) || !(post.move->after >= 0))
+      add(".move: duration must be positive, after not negative");
+  }
+  if (post.joints == PostImpactSetup::Joints::detumble && !post.detumble)
+    add(": joints that detumble need their setup");
+  if (post.detumble && !(post.detumble->torque > 0 && std::isfinite(post.detumble->torque)))
+    add(".detumble: torque must be positive");
+  if (const auto& keep = post.keep_base_attitude) {
+    if (!keep->posture.empty()) check_size(keep->posture, (here + ".keep_base_attitude: posture").c_str());
+    if (!(keep->rate > 0 && std::isfinite(keep->rate)) ||
+        !(keep->posture_rate > 0 && std::isfinite(keep->posture_rate)))
+      add(".keep_base_attitude: rates must be positive");
+  }
+  double before = 0;
+  for (const PostImpactSetup::Release& release : post.releases) {
+    if (!(release.after > before && release.after < post.duration))
+      add(fmt::format(": release after {} s: times must increase within its duration", release.after));
+    before = release.after;
+    for (const std::string& name : release.end_effectors) {
+      if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                       [&](const GraspSetup& g) { return g.end_effector == name; }))
+        add(fmt::format(": release of '{}', which grasps nothing", name));
+    }
+  }
+}
+
 void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const auto check_size = [&](const std::vector<double>& values, const char* what) {
     if (values.size() != joints)
@@ -200,8 +241,8 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       if (!std::isfinite(x)) faults.push_back(fmt::format("{}: a value is not finite", what));
     }
   };
-  if (!problem.approach && !problem.impact)
-    faults.push_back("neither approach nor impact: there is nothing to simulate");
+  if (!problem.approach && !problem.impact && !problem.post_impact)
+    faults.push_back("neither approach nor impact nor motion: there is nothing to simulate");
   check_size(problem.joint_position, "initial joint positions");
   if (!problem.joint_rate.empty()) check_size(problem.joint_rate, "initial joint rates");
   if (const auto& approach = problem.approach) {
@@ -222,48 +263,15 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
   }
   if (problem.impact && problem.grasps.empty()) faults.push_back("impact: there are no grasps");
   if (problem.impact && !(problem.impact->duration > 0)) faults.push_back("impact: duration must be positive");
-  if (const auto& post = problem.post_impact) {
-    if (!problem.impact) faults.push_back("post_impact needs an impact");
-    if (!(post->duration > 0) || !std::isfinite(post->duration))
-      faults.push_back("post_impact: duration must be positive");
-    if (has_gains(post->joints)) {
-      check_size(post->kp, "post_impact: kp");
-      check_size(post->kd, "post_impact: kd");
-    }
-    if (post->move) {
-      check_size(post->move->joints, "post_impact.move: joints");
-      if (!(post->move->duration > 0) || !std::isfinite(post->move->duration) || !(post->move->after >= 0))
-        faults.push_back("post_impact.move: duration must be positive, after not negative");
-    }
-    if (post->joints == PostImpactSetup::Joints::detumble && !post->detumble)
-      faults.push_back("post_impact: joints that detumble need their setup");
-    if (post->detumble && !(post->detumble->torque > 0 && std::isfinite(post->detumble->torque)))
-      faults.push_back("post_impact.detumble: torque must be positive");
-    if (const auto& keep = post->keep_base_attitude) {
-      if (!keep->posture.empty()) check_size(keep->posture, "post_impact.keep_base_attitude: posture");
-      if (!(keep->rate > 0 && std::isfinite(keep->rate)) ||
-          !(keep->posture_rate > 0 && std::isfinite(keep->posture_rate)))
-        faults.push_back("post_impact.keep_base_attitude: rates must be positive");
-    }
-    double before = 0;
-    for (const PostImpactSetup::Release& release : post->releases) {
-      if (!(release.after > before && release.after < post->duration))
-        faults.push_back(
-            fmt::format("post_impact: release after {} s: times must increase within its duration", release.after));
-      before = release.after;
-      for (const std::string& name : release.end_effectors) {
-        if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
-                         [&](const GraspSetup& g) { return g.end_effector == name; }))
-          faults.push_back(fmt::format("post_impact: release of '{}', which grasps nothing", name));
-      }
-    }
-  }
+  if (problem.post_impact && !problem.impact && !problem.grasps.empty())
+    faults.push_back("motion is for problems without grasps; after grasps post_impact needs an impact");
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) check_phase(problem, k, check_size, faults);
 }
 
 // When grasps close, and by what law.
 void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
   const double approach = problem.approach ? problem.approach->duration : 0;
-  const double end = approach + (problem.post_impact ? problem.post_impact->duration : 0);
+  const double end = approach + problem.post_impact.total_duration();
   const bool published = problem.impact && problem.impact->law == ImpactSetup::Law::as_published;
   if (published && problem.robot.base_mode == RobotSetup::Base::fixed)
     faults.push_back("impact: the published law is for a floating base");
@@ -313,9 +321,10 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
       faults.push_back(
           fmt::format("gyros: {} initial values for {} gimbals", of_gimbals->size(), problem.robot.gyros.size()));
   }
-  for (const std::optional<BaseControlSetup>& control :
-       {problem.approach ? problem.approach->base_control : std::nullopt,
-        problem.post_impact ? problem.post_impact->base_control : std::nullopt}) {
+  std::vector<std::optional<BaseControlSetup>> controls;
+  if (problem.approach) controls.push_back(problem.approach->base_control);
+  for (const PostImpactSetup& phase : problem.post_impact) controls.push_back(phase.base_control);
+  for (const std::optional<BaseControlSetup>& control : controls) {
     if (control && control->actuators == BaseControlSetup::Actuators::wheels && problem.robot.wheels.empty())
       faults.push_back("base control: there are no wheels");
     if (control && control->actuators == BaseControlSetup::Actuators::gyros && problem.robot.gyros.empty())
@@ -419,6 +428,7 @@ ModelBuilder servicer_builder(const CaptureProblem& problem, const RobotSetup& r
 
 CaptureSystem index(const CaptureProblem& problem, const RobotSetup& robot, Model model, bool with_targets) {
   CaptureSystem system{std::move(model), 0, {}, {}, {}, {}, {}};
+  system.addresses = body_addresses(problem, robot, system.model, with_targets);
   system.base = system.model.body_index(problem.robot.base);
   for (const FrameDescription& f : problem.robot.end_effectors)
     system.end_effectors.push_back(system.model.frame_index(f.name));
@@ -478,10 +488,6 @@ Posed own_frame(const Model& model, int body) {
 std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel; }
 std::string gimbal_body_name(const std::string& gyro) { return "gyro:" + gyro; }
 std::string gyro_rotor_body_name(const std::string& gyro) { return "gyro-rotor:" + gyro; }
-bool is_inside_base(const std::string& body_name) {
-  return body_name.starts_with(wheel_body_name("")) || body_name.starts_with(gimbal_body_name("")) ||
-         body_name.starts_with(gyro_rotor_body_name(""));
-}
 
 CaptureSystem make_servicer(const CaptureProblem& problem) {
   std::optional<RobotSetup> made;

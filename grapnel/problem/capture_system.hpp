@@ -9,6 +9,7 @@
 
 #include "grapnel/constraint/loop_closure.hpp"
 #include "grapnel/dynamics/state.hpp"
+#include "grapnel/problem/body_address.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
@@ -48,9 +49,34 @@ struct CaptureSystem {
   struct Gyro {
     int gimbal = -1, rotor = -1;
   };
-  std::vector<Gyro> gyros = {};          // in the robot's order
-  std::vector<int> elastic_joints = {};  // positions in Model::joints() of those with springs, which nothing drives
+  std::vector<Gyro> gyros = {};             // in the robot's order
+  std::vector<int> elastic_joints = {};     // positions in Model::joints() of those with springs, which nothing drives
+  std::vector<BodyAddress> addresses = {};  // per body of the model
 };
+
+/// The addresses of a model's bodies, built of the wheels, gyros and targets of the problem and of the bodies of
+/// `robot`.
+std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
+                                        bool with_targets);
+/// The body with that address; -1: the system has none.
+int body_at(const CaptureSystem& system, const BodyAddress& address);
+/// The body of a target itself, without its panels. `target`: in CaptureProblem::targets.
+int target_body_index(const CaptureSystem& system, std::size_t target);
+/// The same, followed by the pieces of its panels.
+std::vector<int> bodies_of_target(const CaptureSystem& system, std::size_t target);
+bool belongs_to_target(const CaptureSystem& system, int body, std::size_t target);
+/// Whether a body is a target or a part of one.
+bool belongs_to_targets(const CaptureSystem& system, int body);
+/// Whether a body is a wheel, or a part of a gyro: nothing that can be seen or touched.
+bool is_inside_base(const CaptureSystem& system, int body);
+
+/// A shape in the frame of a body of the model.
+struct PlacedShape {
+  int body;
+  Geometry geometry;
+};
+/// All shapes of the robot, the targets and their panels, in a system of the problem.
+std::vector<PlacedShape> shapes_in_model(const CaptureProblem& problem, const CaptureSystem& system);
 
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
 CaptureSystem make_capture_system(const CaptureProblem& problem);
@@ -60,8 +86,6 @@ std::string wheel_body_name(const std::string& wheel);
 /// Likewise of a gyro's gimbal and of its rotor.
 std::string gimbal_body_name(const std::string& gyro);
 std::string gyro_rotor_body_name(const std::string& gyro);
-/// Whether a body of the model is a wheel, or a part of a gyro: nothing that can be seen or touched.
-bool is_inside_base(const std::string& body_name);
 
 /// The servicer alone, for planning: its wheels and gyros at rest in the base, as parts of it, and what yields where it
 /// is at rest.

@@ -82,6 +82,9 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   for (int j : from.wheels) to.wheels.push_back(joint(j));
   for (int j : from.elastic_joints) to.elastic_joints.push_back(joint(j));
   for (const CaptureSystem::Gyro& gyro : from.gyros) to.gyros.push_back({joint(gyro.gimbal), joint(gyro.rotor)});
+  to.addresses.resize(from.addresses.size());
+  for (std::size_t i = 0; i < from.addresses.size(); ++i)
+    to.addresses[static_cast<std::size_t>(to.model.body_index(body_name(static_cast<int>(i))))] = from.addresses[i];
   return to;
 }
 

@@ -23,6 +23,8 @@ void find_orbit_conflicts(const CaptureProblem& problem, std::vector<ProblemFaul
 void find_load_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 /// Those of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Those of the sequence of phases after the approach: names, conditions, and what needs a capture.
+void find_phase_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 
 /// Those of sensors, of estimates of targets, and of identification.
 void find_sensor_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
@@ -67,6 +69,13 @@ class ConflictFinder {
     if (!phase) return 0.0;
     if (!(phase->duration > 0) || !std::isfinite(phase->duration)) return {};
     return phase->duration;
+  }
+
+  // Of all phases after the approach.
+  static std::optional<double> duration_of(const MotionPhases& phases) {
+    const auto in_doubt = [](const PostImpactSetup& p) { return !(p.duration > 0) || !std::isfinite(p.duration); };
+    if (phases.any(in_doubt)) return {};
+    return phases.total_duration();
   }
 
   // Of an approach whose time of capture is looked for: the shortest that it can be.

@@ -258,6 +258,8 @@ class ControlConflicts : ConflictFinder {
   void check_control() {
     const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::controller;
     const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
+    const bool any_phase = problem_.post_impact.any(
+        [](const PostImpactSetup& phase) { return phase.joints == PostImpactSetup::Joints::controller; });
     const bool is_there = problem_.control && problem_.control->has_controller();
     const auto needs_plugin = [&](const char* path) {
       add(path,
@@ -272,7 +274,7 @@ class ControlConflicts : ConflictFinder {
     check_timing(problem_.control->timing);
     if (problem_.control->log) check_rows(*problem_.control);
     if (problem_.control->log) check_told(*problem_.control->log, in_approach, afterwards);
-    if (is_there && !in_approach && !afterwards) {
+    if (is_there && !in_approach && !any_phase) {
       const char* const path = problem_.control->log            ? "control.torques"
                                : problem_.control->external     ? "control.external"
                                : !problem_.control->fmu.empty() ? "control.fmu"
@@ -461,7 +463,9 @@ class ControlConflicts : ConflictFinder {
       if (afterwards) needs_it("post_impact.joints");
       return;
     }
-    if (!in_approach && !in_impact && !afterwards)
+    const bool any_phase = problem_.post_impact.any(
+        [](const PostImpactSetup& phase) { return phase.joints == PostImpactSetup::Joints::impedance; });
+    if (!in_approach && !in_impact && !any_phase)
       add_key("impedance",
               "impedance: nothing is under it: approach.tracking.mode, impact.joints or post_impact.joints must be "
               "impedance");
@@ -495,6 +499,8 @@ class ControlConflicts : ConflictFinder {
       const bool fresh = std::find(hands.begin(), hands.end(), grasp.end_effector) == hands.end();
       if (impedance.end_effectors.empty() && fresh) hands.push_back(grasp.end_effector);
     }
+    if (hands.empty())
+      add_key("impedance", "impedance: there are no grasps that name end-effectors; list them: {}: [...]", path);
     const int needed = impedance.motion == ImpedanceSetup::Motion::pose ? 6 : 3;
     for (const std::string& name : hands) {
       const EndEffectorSetup* hand = end_effector(name);

@@ -507,9 +507,4 @@ TargetBodies target_bodies(const TargetSetup& target) {
   return {std::move(flexible.bodies), std::move(flexible.geometry)};
 }
 
-bool belongs_to_target(const std::string& body, const std::string& target) {
-  const std::string own = target_body_name(target);
-  return body == own || body.starts_with(own + "/");
-}
-
 }  // namespace grapnel

@@ -48,8 +48,6 @@ struct TargetBodies {
 TargetBodies target_bodies(const TargetSetup& target);
 /// What is wrong with a target's panels; empty: nothing.
 std::string panel_fault(const TargetSetup& target);
-/// Whether a body of a model is the target or belongs to it.
-bool belongs_to_target(const std::string& body, const std::string& target);
 
 /// The piece on which a point of a link is: its body in flexible_robot(), and where the point is in its frame.
 struct PlaceOnPiece {

@@ -35,7 +35,9 @@ std::string lost_inertia_text(const Body& body, const std::string& path) {
 
 class Conflicts : ConflictFinder {
  public:
-  using ConflictFinder::ConflictFinder;
+  // `before`: what phases before the first of the problem last at the longest [s].
+  Conflicts(const CaptureProblem& problem, double before, std::vector<ProblemFault>& found)
+      : ConflictFinder(problem, found), before_(before) {}
 
   void find() {
     if (problem_.robot.base_mode != RobotSetup::Base::free) check_base_at_rest();
@@ -58,7 +60,7 @@ class Conflicts : ConflictFinder {
     check_panels();
     check_lengths();
     if (!problem_.approach && !problem_.impact && !problem_.post_impact)
-      add("", "nothing to simulate: give 'approach', 'impact' or both");
+      add("", "nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is captured");
   }
 
  private:
@@ -79,10 +81,9 @@ class Conflicts : ConflictFinder {
       if (target.panels.empty()) continue;
       const std::string path = fmt::format("targets[{}].panels", i);
       if (const std::string fault = panel_fault(target); !fault.empty()) add_key(path, "{}: {}", path, fault);
-      const std::optional<PostImpactSetup>& post = problem_.post_impact;
-      if (post && (post->detumble || post->grasp_force))
-        add_key(path, "{}: the laws detumble and grasp_force of post_impact take a held target for one rigid body",
-                path);
+      const MotionPhases& post = problem_.post_impact;
+      if (post && post->grasp_force)
+        add_key(path, "{}: the law grasp_force of post_impact takes a held target for one rigid body", path);
       if (post && (post->assumed || post->identify))
         add_key(path, "{}: the model that laws have of a held target, by post_impact.assumed or identify, is rigid",
                 path);
@@ -379,9 +380,9 @@ class Conflicts : ConflictFinder {
                                     [&](const GraspSetup& g) { return g.end_effector == name; });
     const auto approach = duration_of(problem_.approach);
     if (grasp == problem_.grasps.end() || grasp->closes != GraspSetup::Closes::at_time) return;
-    if (!approach || !(after > 0) || grasp->closes_at < *approach + after) return;
+    if (!approach || !(after > 0) || grasp->closes_at < *approach + before_ + after) return;
     add(fmt::format("{}[{}]", path, k), "end-effector {} in {} closes at {} [s], must close before it releases at {}",
-        in_quotes(name), path, grasp->closes_at, *approach + after);
+        in_quotes(name), path, grasp->closes_at, *approach + before_ + after);
   }
 
   // ---- The impact ----
@@ -489,13 +490,51 @@ class Conflicts : ConflictFinder {
           integration.step, steps, integration.max_steps);
     }
   }
+
+  const double before_;
 };
+
+constexpr std::string_view kPhasesKey = "post_impact";
+
+void replace_all(std::string& text, std::string_view what, std::string_view by) {
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
+    text.replace(at, what.size(), by);
+}
+
+// The checks name the phase at hand by post_impact: its place in the file is that of the sequence, and in a list.
+void put_in_place(const CaptureProblem& problem, std::size_t phase, ProblemFault& fault) {
+  const std::string key = phases_key(problem);
+  const std::string place = problem.post_impact.size() > 1 ? fmt::format("{}[{}]", key, phase) : key;
+  const std::string& here = fault.path.starts_with(kPhasesKey) ? place : key;
+  for (std::string* text : {&fault.path, &fault.message}) replace_all(*text, kPhasesKey, here);
+  if (fault.relies_on.starts_with(kPhasesKey)) replace_all(fault.relies_on, kPhasesKey, here);
+}
+
+// Those of every later phase, as the first one of a problem: what is said of other parts has been said.
+void find_in_later_phases(const CaptureProblem& problem, std::vector<ProblemFault>& found) {
+  CaptureProblem rotated = problem;
+  double before = 0;
+  for (std::size_t phase = 1; phase < problem.post_impact.size(); ++phase) {
+    before += problem.post_impact[phase - 1].duration;
+    std::rotate(rotated.post_impact.begin(), rotated.post_impact.begin() + 1, rotated.post_impact.end());
+    std::vector<ProblemFault> of_phase;
+    Conflicts(rotated, before, of_phase).find();
+    for (ProblemFault& fault : of_phase) {
+      if (!fault.path.starts_with(kPhasesKey)) continue;
+      put_in_place(problem, phase, fault);
+      found.push_back(std::move(fault));
+    }
+  }
+}
 
 }  // namespace
 
 std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem) {
   std::vector<ProblemFault> found;
-  Conflicts(problem, found).find();
+  Conflicts(problem, 0, found).find();
+  for (ProblemFault& fault : found) put_in_place(problem, 0, fault);
+  if (problem.post_impact.size() > 1) find_in_later_phases(problem, found);
+  find_phase_conflicts(problem, found);
   return found;
 }
 

@@ -157,11 +157,30 @@ std::vector<std::uint64_t> named_cases(const Json& statistics) {
   return cases;
 }
 
-// How a case is looked at, where the settings say which file the campaign was.
-std::string case_command(const Json& statistics) {
+// How a case is simulated alone, in the result folder, where the settings say which file the campaign was.
+std::string case_command(const Json& statistics, const fs::path& folder) {
   const Json::json_pointer file("/campaign/file");
   if (!statistics.contains(file) || !statistics.at(file).is_string()) return {};
-  return fmt::format("grapnel campaign {} --only {{K}}", shell_word(statistics.at(file).get<std::string>()));
+  const std::string name = statistics.at(file).get<std::string>();
+  return fmt::format("grapnel campaign {} --only {{K}}", shell_word(seen_from_results(folder / "manifest.json", name)));
+}
+
+// The command of each case that campaign.json names, which is for the folder of the campaign file.
+void name_folder(Json& statistics, const std::string& command) {
+  for (const auto& [list, members] :
+       {std::pair{"worst", "cases"}, std::pair{"reasons", "examples"}, std::pair{"failures", "examples"}}) {
+    const auto found = statistics.find(list);
+    if (command.empty() || found == statistics.end() || !found->is_array()) continue;
+    for (Json& entry : *found) {
+      const auto cases = entry.is_object() ? entry.find(members) : entry.end();
+      if (!entry.is_object() || cases == entry.end() || !cases->is_array()) continue;
+      for (Json& one : *cases) {
+        if (!one.is_object() || !one.contains("replay") || !one.contains("index")) continue;
+        if (one["index"].is_number_unsigned())
+          one["replay"] = command.substr(0, command.size() - 3) + std::to_string(one["index"].get<std::uint64_t>());
+      }
+    }
+  }
 }
 
 // Cases with a report of their own beside the folder's, in increasing order.
@@ -248,7 +267,8 @@ Json campaign_data(const fs::path& folder) {
   } catch (const std::exception& error) {
     notes.push_back("No single cases, only statistics: " + without_folder(error.what(), folder));
   }
-  std::string command = case_command(statistics);
+  std::string command = case_command(statistics, folder);
+  name_folder(statistics, command);
   return {{"statistics", std::move(statistics)}, {"command", std::move(command)}, {"rows", table_rows},
           {"sample", std::move(sample)},         {"notes", std::move(notes)},     {"saved", saved}};
 }

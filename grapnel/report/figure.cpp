@@ -13,8 +13,10 @@ namespace grapnel {
 
 namespace {
 
-constexpr std::array<const char*, 8> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                             "#8a7400", "#56b4e9", "#e69f00", "#777777"};
+// The first eight after Okabe and Ito; those behind are told apart from them by their brightness.
+constexpr std::array<const char*, 16> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a7400", "#56b4e9",
+                                              "#e69f00", "#777777", "#332288", "#a01010", "#0b5d2e", "#e6194b",
+                                              "#5a3a1a", "#40d0c0", "#9a32cd", "#111111"};
 constexpr std::array<const char*, 4> kDashes{"solid", "(12,5)", "(3,4)", "(14,4,3,4)"};
 
 std::array<int, 3> parts_of(const std::string& color) {
@@ -62,9 +64,11 @@ std::vector<FigureOffer> run_offers(const RunSource& run) {
 
 void require_folder(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) throw std::runtime_error(folder.string() + ": there is no such folder");
-  if (!is_sweep(folder) && !std::filesystem::exists(folder / "timeseries.h5"))
-    throw std::runtime_error(folder.string() +
-                             ": neither timeseries.h5 of a run nor study.json of a sweep is in there");
+  if (!is_sweep(folder) && !is_campaign_folder(folder) && !std::filesystem::exists(folder / "timeseries.h5"))
+    throw std::runtime_error(
+        folder.string() +
+        ": neither timeseries.h5 of a run nor study.json of a sweep nor campaign.json of a campaign "
+        "is in there");
 }
 
 [[noreturn]] void not_offered(const FigureRequest& request, const std::vector<FigureOffer>& offers) {
@@ -82,7 +86,9 @@ bool offers(const std::vector<FigureOffer>& list, const std::string& what) {
 
 std::vector<FigureOffer> figure_offers(const std::filesystem::path& folder) {
   require_folder(folder);
-  return is_sweep(folder) ? study_offers() : run_offers(read_run_source(folder));
+  if (is_sweep(folder)) return study_offers();
+  if (is_campaign_folder(folder)) return campaign_offers(folder);
+  return run_offers(read_run_source(folder));
 }
 
 Figure make_figure(const FigureRequest& request) {
@@ -90,6 +96,11 @@ Figure make_figure(const FigureRequest& request) {
   if (is_sweep(request.folder)) {
     if (!offers(study_offers(), request.what)) not_offered(request, study_offers());
     return study_figure(read_study_source(request.folder), request);
+  }
+  if (is_campaign_folder(request.folder)) {
+    const std::vector<FigureOffer> list = campaign_offers(request.folder);
+    if (!offers(list, request.what)) not_offered(request, list);
+    return campaign_figure(request);
   }
   const RunSource run = read_run_source(request.folder);
   if (request.what == "strobe") return strobe_figure(run, request);
@@ -99,10 +110,15 @@ Figure make_figure(const FigureRequest& request) {
   return series_figure(run, request);
 }
 
-FigureFiles write_figure(const Figure& figure, const std::filesystem::path& image) {
+FigureFiles figure_files(const std::filesystem::path& image) {
   FigureFiles files{image, image, image, false};
   files.data.replace_extension(".dat");
   files.script.replace_extension(".gp");
+  return files;
+}
+
+FigureFiles write_figure(const Figure& figure, const std::filesystem::path& image) {
+  FigureFiles files = figure_files(image);
   const std::string script = figure_script(figure, image.filename().string(), files.data.filename().string());
   write_file_atomically(files.data, figure_data(figure));
   write_file_atomically(files.script, script);

@@ -153,6 +153,18 @@ Figure series_figure(const RunSource& run, const FigureRequest& request);
 /// where the request names an axis or a column that the study lacks.
 Figure study_figure(const StudySource& study, const FigureRequest& request);
 
+// ---- Campaigns and maps ----
+
+bool is_campaign_folder(const std::filesystem::path& folder);
+
+/// Of a campaign's folder. Throws std::runtime_error naming what is missing or damaged.
+std::vector<FigureOffer> campaign_offers(const std::filesystem::path& folder);
+
+/// criteria: the share of cases that meets each criterion, with its interval. distribution: cumulative distributions of
+/// request.columns, else of the numbers that criteria limit. success-map: as study_figure(), over the design; a heat
+/// map where both axes are numbers and no lines are asked for. Throws std::runtime_error likewise.
+Figure campaign_figure(const FigureRequest& request);
+
 // Superposed configurations of the whole system.
 
 /// All bodies at some instants, early ones light and late ones dark, with the paths of end-effectors and targets up to
@@ -162,7 +174,8 @@ Figure strobe_figure(const RunSource& run, const FigureRequest& request);
 
 // Figures of a result folder, with their files.
 
-/// What a folder offers: that of a run or of a sweep. Throws std::runtime_error naming what is missing or damaged.
+/// What a folder offers: that of a run, a sweep, a campaign or a map. Throws std::runtime_error naming what is missing
+/// or damaged.
 std::vector<FigureOffer> figure_offers(const std::filesystem::path& folder);
 
 /// The figure. Throws std::runtime_error, saying what the folder offers if it does not offer this, or naming the fault
@@ -174,6 +187,9 @@ struct FigureFiles {
   std::filesystem::path image, data, script;
   bool drawn = false;  // false: there is no gnuplot, data and script are there
 };
+
+/// The files that write_figure() makes for an image; `drawn` is false.
+FigureFiles figure_files(const std::filesystem::path& image);
 
 /// Writes data and script beside `image` (.pdf, .svg or .png) and lets gnuplot draw it. Throws std::runtime_error if
 /// gnuplot fails, with what it says.

@@ -62,15 +62,28 @@ std::string plain_line(std::string_view text) {
   return line;
 }
 
-std::string gnuplot_quoted(std::string_view text) {
-  const std::string line = plain_line(text);
-  // gnuplot takes three apostrophes for an empty constant and the beginning of another. Those at the beginning stand in
-  // a constant of their own, with nothing else.
-  const std::size_t first = std::min(line.find_first_not_of('\''), line.size());
-  std::string quoted = first > 0 ? '"' + line.substr(0, first) + "\".'" : "'";
-  for (const char c : line.substr(first)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+namespace {
+
+// A constant of gnuplot, which reads two apostrophes as one within a constant but not four as two, nor three at its
+// beginning: such apostrophes stand in a constant of their own, between double quotes.
+std::string gnuplot_constant(std::string_view text) {
+  std::string quoted = "'";
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_not_of('\'', at), text.size());
+    if (end == at) {
+      quoted += text[at++];
+      continue;
+    }
+    const std::string apart = '"' + std::string(text.substr(at, end - at)) + "\".'";
+    quoted = at == 0 ? apart : end == at + 1 ? quoted + "''" : quoted + "'." + apart;
+    at = end;
+  }
   return quoted + "'";
 }
+
+}  // namespace
+
+std::string gnuplot_quoted(std::string_view text) { return gnuplot_constant(plain_line(text)); }
 
 std::string gnuplot_tic_label(std::string_view text) {
   std::string doubled;
@@ -83,9 +96,7 @@ std::string gnuplot_file(std::string_view name) {
     throw std::invalid_argument("a figure's file name must not have control characters: '" + plain_line(name) + "'");
   const bool plain = !name.empty() && ((name[0] >= 'a' && name[0] <= 'z') || (name[0] >= 'A' && name[0] <= 'Z') ||
                                        (name[0] >= '0' && name[0] <= '9'));
-  std::string quoted = plain ? "'" : "'./";
-  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);  // bytes as they are
-  return quoted + "'";
+  return gnuplot_constant(plain ? std::string(name) : "./" + std::string(name));  // bytes as they are
 }
 
 namespace {

@@ -405,13 +405,46 @@ Drawing thrusters(const RunSource& run) {
   return {{given, used}, 1};
 }
 
+// The panels of a drawing that are there; without, where the run has not recorded them.
+void append(Drawing (*draw)(const RunSource&), const RunSource& run, std::size_t most, Panels& panels) {
+  try {
+    const Drawing drawing = draw(run);
+    for (std::size_t i = 0; i < std::min(most, drawing.panels.size()); ++i) {
+      panels.push_back(drawing.panels[i]);
+      panels.back().legend = i == 0;
+    }
+  } catch (const std::runtime_error&) {
+  }
+}
+
+// A capture on one page: where it goes, what moves and turns, and what it costs. Two columns, row by row.
+Drawing summary(const RunSource& run) {
+  Drawing page;
+  page.columns = 2;
+  append([](const RunSource& r) { return Drawing{{distance_panel(r)}, 1}; }, run, 1, page.panels);
+  append(energy, run, 1, page.panels);
+  append(joints, run, 2, page.panels);
+  append(base, run, 2, page.panels);
+  append(torques, run, 1, page.panels);
+  append(clearance, run, 1, page.panels);
+  append(wheels, run, 1, page.panels);
+  append(gyros, run, 1, page.panels);
+  append(thrusters, run, 1, page.panels);
+  append(loops, run, 1, page.panels);
+  if (page.panels.empty()) throw std::runtime_error("the run has recorded nothing that a summary shows");
+  for (SeriesPanel& panel : page.panels) panel.legend = panel.curves.size() > 1;
+  return page;
+}
+
 struct Kind {
   const char* what;
   const char* about;
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 14> kKinds{{
+constexpr std::array<Kind, 15> kKinds{{
+    {"summary", "a capture on one page: distances, energy, joints, base, efforts, clearance, actuators, loops",
+     summary},
     {"joints", "joint angles and rates", joints},
     {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},

@@ -68,23 +68,29 @@ Json axis_heads(const std::vector<StudyColumn>& axes) {
   return heads;
 }
 
-// How a point is looked at, where the settings say which file the study was.
-std::string point_command(const Json& settings) {
+// How a point is simulated alone, in the result folder, where the settings say which file the study was.
+std::string point_command(const Json& settings, const fs::path& folder) {
   const Json::json_pointer file("/study/file");
   if (!settings.contains(file) || !settings.at(file).is_string()) return {};
   const std::string study = settings.at(file).get<std::string>();
   const std::string stem = fs::path(study).stem().string();
-  return fmt::format("grapnel sweep {} --only {{K}} -o {}", shell_word(study),
+  return fmt::format("grapnel sweep {} --only {{K}} -o {}",
+                     shell_word(seen_from_results(folder / "source.json", study)),
                      shell_word("out/" + stem + "-point-") + "{K}");
 }
 
 }  // namespace
 
+std::string seen_from_results(const fs::path& document, const std::string& name) {
+  const std::string folder = folder_of_input(document);
+  return folder.empty() ? name : (fs::path(folder) / name).lexically_normal().generic_string();
+}
+
 Json sweep_data(const fs::path& folder) {
   StudySource study = read_study_source(folder, kMostNumbers);
   Json values = Json::array();
   for (const StudyColumn& column : study.columns) values.push_back(shown_numbers(column.values));
-  const std::string command = point_command(study.settings);
+  const std::string command = point_command(study.settings, folder);
   return {{"settings", std::move(study.settings)},  {"command", command},         {"axes", axis_heads(study.axes)},
           {"axis_values", axis_values(study.axes)}, {"status", study.status},     {"reason", study.reason},
           {"columns", heads_of(study.columns)},     {"values", std::move(values)}};
@@ -133,8 +139,7 @@ Json optimization_data(const fs::path& folder) {
     }
   }
   const fs::path best = folder / "best.yaml";
-  const std::string command =
-      fs::exists(best) ? "grapnel run " + shell_word(best.lexically_normal().generic_string()) : "";
+  const std::string command = fs::exists(best) ? "grapnel run best.yaml" : "";
   return {{"comparison", std::move(comparison)}, {"command", command},          {"columns", heads_of(columns)},
           {"values", std::move(values)},         {"search", std::move(search)}, {"status", std::move(status)},
           {"reason", std::move(reason)}};

@@ -41,6 +41,9 @@ class CsvTable {
   std::vector<std::string> heads_;
 };
 
+/// A file that results come from, as seen from their folder: by `file_folder` of a document there, else its name alone.
+std::string seen_from_results(const std::filesystem::path& document, const std::string& name);
+
 /// SweepData of web/src/data.ts from study.json and table.csv.
 nlohmann::ordered_json sweep_data(const std::filesystem::path& folder);
 

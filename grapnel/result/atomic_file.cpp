@@ -16,6 +16,8 @@
 #include <system_error>
 #include <utility>
 
+#include "grapnel/text/input_files.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -65,6 +67,8 @@ void refuse_link(const std::filesystem::path& path) {
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
   if (!path_.has_filename()) throw CannotWrite("cannot write '" + path_.string() + "': not the name of a file");
+  if (const std::string why = why_not_replace(path_); !why.empty())
+    throw CannotWrite("cannot write " + path_.string() + ": " + why);
   // O_EXCL: never somebody else's file. A name in use was left by a killed process with our number; take the next.
   do {
     temporary_ = temporary_for(path_);
@@ -105,7 +109,13 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view b
 }
 
 ScratchFolder::ScratchFolder() {
-  const std::filesystem::path parent = std::filesystem::temp_directory_path();
+  std::error_code error;
+  const std::filesystem::path parent = std::filesystem::temp_directory_path(error);
+  if (error) {
+    const char* const named = std::getenv("TMPDIR");
+    throw CannotWrite(std::string("cannot make a temporary folder: TMPDIR is '") + (named ? named : "") +
+                      "', which is no folder");
+  }
   std::string name = (parent / "grapnel-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) fail(parent, errno);
   path_ = name;

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 
+#include "grapnel/result/child_reader.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/hdf5_file.hpp"
 
@@ -21,9 +24,6 @@ using hdf5::Handle;
 constexpr const char* kTableSchema = "grapnel-campaign-table/1";
 
 Handle open_table(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error))
-    throw std::runtime_error(fs::exists(path, error) ? "not a file" : "no such file");
   std::array<char, 8> begin{};
   std::ifstream stream(path, std::ios::binary);
   if (!stream.read(begin.data(), begin.size()) || std::string_view(begin.data(), begin.size()) != "\x89HDF\r\n\x1a\n")
@@ -64,6 +64,18 @@ herr_t visit_dataset(hid_t, const char* name, const H5O_info_t* info, void* data
   }
 }
 
+// What the parent asks for, and of which numbers: memory_type() of them.
+enum class Ask : char { heads = 'h', numbers = 'n', texts = 't' };
+
+template <class Number>
+constexpr char letter_of() {
+  if constexpr (std::is_same_v<Number, double>) return 'd';
+  if constexpr (std::is_same_v<Number, float>) return 'f';
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return 'u';
+  if constexpr (std::is_same_v<Number, std::int32_t>) return 'i';
+  if constexpr (std::is_same_v<Number, std::uint8_t>) return 'b';
+}
+
 template <class Number>
 hid_t memory_type() {
   if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
@@ -73,40 +85,107 @@ hid_t memory_type() {
   if constexpr (std::is_same_v<Number, std::uint8_t>) return H5T_NATIVE_UINT8;
 }
 
-}  // namespace
+void send_heads(ToParent& parent, const std::vector<CampaignTable::Head>& heads) {
+  parent.count(heads.size());
+  for (const CampaignTable::Head& head : heads) {
+    for (const std::string* text : {&head.name, &head.unit, &head.description, &head.dataset}) parent.text(*text);
+    parent.texts(head.labels);
+  }
+}
 
-struct CampaignTable::File {
-  fs::path path;
+std::vector<CampaignTable::Head> take_heads(FromChild& child) {
+  constexpr std::uint64_t kMost = 1 << 20;
+  const std::uint64_t count = child.count();
+  if (count > kMost) throw std::runtime_error("damaged: there are impossibly many columns");
+  std::vector<CampaignTable::Head> heads;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    CampaignTable::Head head;
+    for (std::string* text : {&head.name, &head.unit, &head.description, &head.dataset}) *text = child.text();
+    head.labels = child.texts();
+    heads.push_back(std::move(head));
+  }
+  return heads;
+}
+
+// --- In the child: HDF5, which a damaged file can crash or send round in circles ---
+
+// The parts of a question, in order.
+class Question {
+ public:
+  explicit Question(const std::string& bytes) : bytes_(bytes) {}
+  char letter() {
+    const char letter = at_ < bytes_.size() ? bytes_[at_] : '\0';
+    ++at_;
+    return letter;
+  }
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    if (at_ + sizeof value > bytes_.size()) throw std::runtime_error("a question is cut short");
+    std::memcpy(&value, bytes_.data() + at_, sizeof value);
+    at_ += sizeof value;
+    return value;
+  }
+  bool is_at_end() const { return at_ >= bytes_.size(); }
+  std::string rest() const { return bytes_.substr(std::min(at_, bytes_.size())); }
+
+ private:
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+};
+
+std::string number_bytes(std::uint64_t value) { return {reinterpret_cast<const char*>(&value), sizeof value}; }
+
+struct OpenTable {
   std::uintmax_t bytes = 0;
   std::optional<Handle> file;
   std::string sha256;
   std::vector<std::string> status_names;
   std::uint64_t rows = 0;
-  std::vector<Head> design, inputs, columns;
+  std::vector<CampaignTable::Head> design, inputs, columns;
 
-  ~File() {
-    const hdf5::Session session;
-    file.reset();
+  explicit OpenTable(const fs::path& path) : bytes(fs::file_size(path)) {
+    file.emplace(open_table(path));
+    open();
   }
 
-  std::runtime_error fault(const std::string& what) const {
-    return std::runtime_error("cannot read " + path.string() + ": " + what);
-  }
-
-  /// Runs `action` within HDF5; whatever goes wrong is one error that names the file.
-  template <class Action>
-  auto reading(Action action) const {
-    const hdf5::Session session;
-    try {
-      return action();
-    } catch (const std::exception& e) {
-      throw fault(e.what());
+  void answer(const std::string& bytes_of_question, ToParent& parent) const {
+    Question question(bytes_of_question);
+    switch (static_cast<Ask>(question.letter())) {
+      case Ask::heads:
+        parent.text(sha256);
+        parent.texts(status_names);
+        parent.count(rows);
+        for (const auto* heads : {&design, &inputs, &columns}) send_heads(parent, *heads);
+        return;
+      case Ask::numbers:
+        return send_numbers(question, parent);
+      case Ask::texts: {
+        std::vector<hsize_t> places;
+        while (!question.is_at_end()) places.push_back(question.number());
+        return parent.texts(texts("reasons", places));
+      }
     }
   }
 
+  void send_numbers(Question& question, ToParent& parent) const {
+    const char letter = question.letter();
+    const std::uint64_t first = question.number(), count = question.number();
+    const std::string name = question.rest();
+    const auto send = [&]<class Number>(Number) {
+      check_length(name);
+      if (first > rows || count > rows - first) throw std::runtime_error("rows beyond the table's end");
+      std::vector<Number> values(count);
+      read(name, memory_type<Number>(), first, count, values.data());
+      parent.numbers(values);
+    };
+    if (letter == letter_of<double>()) send(double{});
+    if (letter == letter_of<float>()) send(float{});
+    if (letter == letter_of<std::uint64_t>()) send(std::uint64_t{});
+    if (letter == letter_of<std::int32_t>()) send(std::int32_t{});
+    if (letter == letter_of<std::uint8_t>()) send(std::uint8_t{});
+  }
+
   void open() {
-    file.emplace(open_table(path));
-    bytes = fs::file_size(path);
     const Handle root(H5Gopen2(file->id(), "/", H5P_DEFAULT), H5Gclose, "damaged: no root group");
     const std::string schema = hdf5::read_string_attribute(root, "schema");
     if (schema != kTableSchema) throw std::runtime_error(fmt::format("schema is '{}', not {}", schema, kTableSchema));
@@ -116,7 +195,7 @@ struct CampaignTable::File {
     design = heads_in("design"), inputs = heads_in("inputs"), columns = heads_in("columns");
   }
 
-  std::vector<Head> heads_in(const std::string& group) const {
+  std::vector<CampaignTable::Head> heads_in(const std::string& group) const {
     if (H5Lexists(file->id(), group.c_str(), H5P_DEFAULT) <= 0) return {};
     const Handle opened(H5Gopen2(file->id(), group.c_str(), H5P_DEFAULT), H5Gclose, group);
     Visit visit{file->id(), group, {}, ""};
@@ -125,7 +204,7 @@ struct CampaignTable::File {
     check(status, "damaged: group '" + group + "'");
     std::stable_sort(visit.found.begin(), visit.found.end(),
                      [](const OrderedHead& a, const OrderedHead& b) { return a.order < b.order; });
-    std::vector<Head> heads;
+    std::vector<CampaignTable::Head> heads;
     for (OrderedHead& found : visit.found) {
       check_length(found.head.dataset);
       heads.push_back(std::move(found.head));
@@ -160,16 +239,6 @@ struct CampaignTable::File {
     check(H5Dread(opened.id(), type, in_memory.id(), on_disk.id(), H5P_DEFAULT, out), "damaged: '" + name + "'");
   }
 
-  template <class Number>
-  std::vector<Number> all(const std::string& name) const {
-    return reading([&] {
-      check_length(name);
-      std::vector<Number> values(rows);
-      read(name, memory_type<Number>(), 0, rows, values.data());
-      return values;
-    });
-  }
-
   // The texts at some places of a list of texts.
   std::vector<std::string> texts(const std::string& name, const std::vector<hsize_t>& places) const {
     const hsize_t length = length_of(name), count = places.size();
@@ -192,16 +261,74 @@ struct CampaignTable::File {
   }
 };
 
+}  // namespace
+
+// --- Here: what comes from the child ---
+
+struct CampaignTable::File {
+  fs::path path;
+  std::unique_ptr<AskedChild> child;
+  std::string sha256;
+  std::vector<std::string> status_names;
+  std::uint64_t rows = 0;
+  std::vector<Head> design, inputs, columns;
+
+  std::runtime_error fault(const std::string& what) const {
+    return std::runtime_error("cannot read " + path.string() + ": " + what);
+  }
+
+  /// Whatever goes wrong is one error that names the file.
+  void ask(const std::string& question, const std::function<void(FromChild&)>& take) const {
+    try {
+      child->ask(question, take);
+    } catch (const std::exception& e) {
+      throw fault(e.what());
+    }
+  }
+
+  void open() {
+    try {
+      std::error_code error;
+      if (!fs::is_regular_file(path, error))
+        throw std::runtime_error(fs::exists(path, error) ? "not a file" : "no such file");
+      const std::uintmax_t size = fs::file_size(path, error);
+      if (error) throw std::runtime_error(error.message());
+      const hdf5::Session session;  // the child inherits HDF5: no other thread may be in the middle of using it
+      child = std::make_unique<AskedChild>(reading_seconds(static_cast<double>(size)), [this] {
+        const auto table = std::make_shared<const OpenTable>(path);
+        return [table](const std::string& question, ToParent& parent) { table->answer(question, parent); };
+      });
+    } catch (const std::exception& e) {
+      throw fault(e.what());
+    }
+    ask({static_cast<char>(Ask::heads)}, [this](FromChild& from) {
+      sha256 = from.text();
+      status_names = from.texts();
+      rows = from.count();
+      for (auto* heads : {&design, &inputs, &columns}) *heads = take_heads(from);
+    });
+  }
+
+  template <class Number>
+  std::vector<Number> numbers(const std::string& name, std::uint64_t first, std::uint64_t count) const {
+    const std::string question = std::string{static_cast<char>(Ask::numbers), letter_of<Number>()} +
+                                 number_bytes(first) + number_bytes(count) + name;
+    std::vector<Number> values;
+    ask(question, [&](FromChild& from) {
+      values = from.numbers<Number>();
+      if (values.size() != count) throw std::runtime_error("damaged: '" + name + "' has another length than 'k'");
+    });
+    return values;
+  }
+  template <class Number>
+  std::vector<Number> all(const std::string& name) const {
+    return numbers<Number>(name, 0, rows);
+  }
+};
+
 CampaignTable::CampaignTable(const fs::path& table) : file_(std::make_unique<File>()) {
   file_->path = table;
-  file_->reading([&] {
-    try {
-      file_->open();
-    } catch (...) {
-      file_->file.reset();
-      throw;
-    }
-  });
+  file_->open();
 }
 
 CampaignTable::~CampaignTable() = default;
@@ -221,7 +348,8 @@ template std::vector<double> CampaignTable::numbers(const Head& head) const;
 template std::vector<float> CampaignTable::numbers(const Head& head) const;
 
 void CampaignTable::read(const Head& head, std::uint64_t first, std::span<double> out) const {
-  file_->reading([&] { file_->read(head.dataset, H5T_NATIVE_DOUBLE, first, out.size(), out.data()); });
+  const std::vector<double> values = file_->numbers<double>(head.dataset, first, out.size());
+  std::copy(values.begin(), values.end(), out.begin());
 }
 
 std::vector<std::uint64_t> CampaignTable::indices() const { return file_->all<std::uint64_t>("k"); }
@@ -231,11 +359,17 @@ std::vector<std::uint8_t> CampaignTable::success() const { return file_->all<std
 std::vector<std::int32_t> CampaignTable::reasons() const { return file_->all<std::int32_t>("reason"); }
 
 std::vector<std::string> CampaignTable::reason_texts(const std::vector<std::int32_t>& numbers) const {
-  return file_->reading([&] {
-    for (const std::int32_t number : numbers)
-      if (number < 0) throw std::runtime_error("damaged: 'reason' has a negative number");
-    return file_->texts("reasons", {numbers.begin(), numbers.end()});
+  std::string question{static_cast<char>(Ask::texts)};
+  for (const std::int32_t number : numbers) {
+    if (number < 0) throw fault("damaged: 'reason' has a negative number");
+    question += number_bytes(static_cast<std::uint64_t>(number));
+  }
+  std::vector<std::string> texts;
+  file_->ask(question, [&](FromChild& from) {
+    texts = from.texts();
+    if (texts.size() != numbers.size()) throw std::runtime_error("damaged: texts of reasons are missing");
   });
+  return texts;
 }
 
 }  // namespace grapnel

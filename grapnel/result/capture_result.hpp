@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "grapnel/clearance/clearance_result.hpp"
+#include "grapnel/result/actuation_result.hpp"
 #include "grapnel/result/knowledge_result.hpp"
 #include "grapnel/result/ledger.hpp"
 #include "grapnel/result/scene.hpp"
@@ -548,9 +549,13 @@ struct DetumblingReport {
   double speed_before = 0;
   double speed_after = 0;
   double expected_duration = 0;
+  double first_scale = 1;
   double least_scale = 1;
   double least_scale_time = 0;
   bool within_limits = true;
+  double largest_demand = 0;
+  double largest_demand_time = 0;
+  std::string limiting;
   double least_condition = 1;
   double least_condition_time = 0;
 };
@@ -669,9 +674,12 @@ struct JointReport {
   std::string phase;
   std::string joint;
   Mode mode = Mode::moving;
-  int sticks = 0;            // times that it came to rest
-  int breakaways = 0;        // times that it left it
-  double friction_heat = 0;  // that friction made
+  int sticks = 0;      // times that it came to rest
+  int breakaways = 0;  // times that it left it
+  /// Largest part of its breakaway effort that friction gave while it was held; absent: it does not stick.
+  std::optional<double> friction_share;
+  bool friction_determined = true;  // false: closed loops left that friction open, and one admissible set is reported
+  double friction_heat = 0;         // that friction made
   int stop_impacts = 0;
   double stop_energy_lost = 0;
   double motor_work = 0;              // mechanical, at the joint
@@ -687,6 +695,7 @@ struct ThrusterReport {
   std::string name;
   long firings = 0;
   double on_time = 0;     // of its valve [s]
+  double duty = 0;        // on_time over the time of the phases in which thrusters are at work
   double impulse = 0;     // of its force [N s]
   double propellant = 0;  // [kg]
 };
@@ -712,6 +721,18 @@ struct ThrustersReport {
   double excess() const { return propellant > at_hand ? propellant - at_hand : 0; }
   std::optional<DumpingReport> dumping;
   std::vector<PlumeHazard> hazards;
+};
+
+/// A phase of motion after the approach.
+struct MotionPhaseReport {
+  /// How it ended. duration: after its duration. condition: what it is `until` held.
+  enum class End { duration, condition };
+  std::string name;
+  double begin = 0;
+  double end = 0;
+  End ended = End::duration;
+  std::optional<PhaseEnd> at_end;
+  double duration() const { return end - begin; }
 };
 
 /// An integration's cost.
@@ -752,10 +773,12 @@ struct CaptureResult {
   std::optional<ImpactReport> impact;       // the first
   std::vector<ImpactReport> later_impacts;  // of grasps that closed later
   std::vector<ReleaseReport> releases;
-  std::vector<LoopReport> loops;       // per phase with closed loops
-  std::vector<GraspLoad> grasp_loads;  // per phase and grasp
-  std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
-  std::optional<PhaseEnd> post_impact_end;
+  std::vector<LoopReport> loops;                       // per phase with closed loops
+  std::vector<GraspLoad> grasp_loads;                  // per phase and grasp
+  std::vector<PeakLoad> peak_loads;                    // over all phases: per load and phase
+  bool without_impact = false;                         // the scenario has none: motion alone
+  std::vector<MotionPhaseReport> phases;               // after the impact, or of motion alone; that have ended
+  std::optional<PhaseEnd> post_impact_end;             // of the last of them
   std::optional<DetumblingReport> detumbling;          // in it
   std::optional<BaseKeepingReport> base_keeping;       // in it
   std::optional<ImpedanceReport> approach_impedance;   // in the approach
@@ -768,10 +791,13 @@ struct CaptureResult {
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all
   std::optional<ThrustersReport> thrusters;  // of the base, where it has any
+  std::vector<SaturationReport> saturation;  // the longest first
+  std::vector<StabilityReport> stability;    // per phase in motion that was observed in every step
+  std::optional<RestReport> rest;            // where the problem states at which rates the system is at rest
   std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
-      clearance_unwatched;  // end-effector and target of each grasp; ignored pairs
+      clearance_unwatched;  // end-effector and target of each grasp until it opens; ignored pairs
   std::vector<LimitEvent> limit_events;
   std::optional<Violation> first_violation;
   /// From here on bodies overlap, which the model lets them do and nature does not: what follows is beyond its validity

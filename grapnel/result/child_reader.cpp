@@ -13,6 +13,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace grapnel {
 namespace {
@@ -32,6 +33,24 @@ void write_all(int descriptor, const char* bytes, std::size_t size) {
   }
 }
 
+// To a child that may have crashed, which must not end this process by SIGPIPE: its answer says what became of it.
+void send_question(int descriptor, const std::string& bytes) {
+  sigset_t pipe, before;
+  sigemptyset(&pipe);
+  sigaddset(&pipe, SIGPIPE);
+  pthread_sigmask(SIG_BLOCK, &pipe, &before);
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t written = ::write(descriptor, bytes.data() + sent, bytes.size() - sent);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) break;
+    sent += static_cast<std::size_t>(written);
+  }
+  const timespec at_once{};
+  while (::sigtimedwait(&pipe, nullptr, &at_once) == SIGPIPE) {
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
 int reap(pid_t child) {
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
@@ -39,16 +58,26 @@ int reap(pid_t child) {
   return status;
 }
 
-// No core files, no messages of libraries and sanitizers, no handlers of the parent, and no life without it.
+// So much processor time from now on.
+void allow_time(double seconds) {
+  rusage used{};
+  ::getrusage(RUSAGE_SELF, &used);
+  const auto most = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1) +
+                    static_cast<rlim_t>(std::max(1.0, seconds));
+  rlimit time{};
+  ::getrlimit(RLIMIT_CPU, &time);
+  time.rlim_cur = std::min(most, time.rlim_max);
+  ::setrlimit(RLIMIT_CPU, &time);
+}
+
+// No core files, no messages of libraries and sanitizers, no handlers of the parent.
 void settle_in_child(double seconds) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGPIPE})
-    std::signal(signal, SIG_DFL);
+  // Whether to stop is the parent's decision: a terminal sends its signals to both.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGPIPE, SIGXCPU}) std::signal(signal, SIG_DFL);
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  const auto most = static_cast<rlim_t>(std::max(1.0, seconds));
-  const rlimit time{most, most + 1};
-  ::setrlimit(RLIMIT_CPU, &time);
+  allow_time(seconds);
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
 }
@@ -78,6 +107,11 @@ void ToParent::text(const std::string& value) {
   put(value.data(), value.size());
 }
 
+void ToParent::texts(const std::vector<std::string>& values) {
+  count(values.size());
+  for (const std::string& value : values) text(value);
+}
+
 void ToParent::end(const std::string* fault) {
   // What was said before a fault is of no use.
   if (fault) buffer_.clear();
@@ -91,16 +125,8 @@ void ToParent::end(const std::string* fault) {
   write_all(descriptor_, text.data(), text.size());
 }
 
-FromChild::~FromChild() {
-  ::close(descriptor_);
-  if (child_ <= 0) return;
-  ::kill(child_, SIGKILL);  // nobody wants the rest
-  reap(child_);
-}
-
 void FromChild::died() {
-  const int status = reap(child_);
-  child_ = 0;
+  const int status = reap(std::exchange(child_, 0));
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
     throw std::runtime_error("damaged: reading it does not come to an end");
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM || WTERMSIG(status) == SIGHUP))
@@ -162,40 +188,156 @@ std::string FromChild::text() {
   return value;
 }
 
+std::vector<std::string> FromChild::texts() {
+  std::vector<std::string> values;
+  for (std::uint64_t left = count(); left > 0; --left) values.push_back(text());
+  return values;
+}
+
 void FromChild::expect_end() {
   if (left_ > 0 || fill()) throw std::runtime_error("damaged: it goes on behind its end");
 }
 
+namespace {
+
+// A child's end in this process.
+struct Ended {
+  pid_t& child;
+  int& descriptor;
+  ~Ended() {
+    if (descriptor >= 0) ::close(std::exchange(descriptor, -1));
+    if (child <= 0) return;
+    ::kill(child, SIGKILL);  // the rest is not wanted
+    reap(std::exchange(child, 0));
+  }
+};
+
+// Runs `work`; what it throws goes to the parent.
+void answer(int descriptor, const std::function<void(ToParent&)>& work) {
+  ToParent parent(descriptor);
+  std::string fault;
+  bool good = false;
+  try {
+    work(parent);
+    good = true;
+  } catch (const std::exception& error) {
+    fault = error.what();
+  } catch (...) {
+    fault = "damaged";
+  }
+  parent.end(good ? nullptr : &fault);
+}
+
+}  // namespace
+
 void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
                    const std::function<void(FromChild&)>& take) {
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::generic_category().message(errno));
-  const pid_t child = ::fork();
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
+  pid_t child = ::fork();
   if (child < 0) {
     const int error = errno;
     ::close(ends[0]), ::close(ends[1]);
-    throw std::runtime_error("no process to read it in: " + std::generic_category().message(error));
+    throw NoProcess("no process to read it in: " + std::generic_category().message(error));
   }
   if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     settle_in_child(seconds);
-    ToParent parent(ends[1]);
-    std::string fault;
-    bool good = false;
-    try {
-      work(parent);
-      good = true;
-    } catch (const std::exception& error) {
-      fault = error.what();
-    } catch (...) {
-      fault = "damaged";
-    }
-    parent.end(good ? nullptr : &fault);
+    answer(ends[1], work);
     ::_exit(0);  // nothing of the parent's is flushed or destroyed a second time
   }
   ::close(ends[1]);
+  const Ended ended{child, ends[0]};
   FromChild source(ends[0], child);
   take(source);
   source.expect_end();
+}
+
+namespace {
+
+constexpr std::uint32_t kLongestQuestion = 1 << 26;
+
+// The next question; false when the parent has closed its end.
+bool next_question(int descriptor, std::string& question) {
+  const auto all = [&](void* bytes, std::size_t size) {
+    char* to = static_cast<char*>(bytes);
+    while (size > 0) {
+      const ssize_t got = ::read(descriptor, to, size);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return false;
+      to += got, size -= static_cast<std::size_t>(got);
+    }
+    return true;
+  };
+  std::uint32_t size = 0;
+  if (!all(&size, sizeof size) || size > kLongestQuestion) return false;
+  question.resize(size);
+  return all(question.data(), question.size());
+}
+
+[[noreturn]] void serve(double seconds, int questions, int answers, const std::function<AskedChild::Answer()>& open) {
+  settle_in_child(seconds);
+  AskedChild::Answer reply;
+  try {
+    reply = open();
+  } catch (const std::exception& error) {
+    reply = [fault = std::string(error.what())](const std::string&, ToParent&) { throw std::runtime_error(fault); };
+  }
+  std::string question;
+  while (next_question(questions, question)) {
+    allow_time(seconds);
+    answer(answers, [&](ToParent& parent) { reply(question, parent); });
+  }
+  ::_exit(0);
+}
+
+}  // namespace
+
+AskedChild::AskedChild(double seconds, const std::function<Answer()>& open) {
+  int to_child[2], to_parent[2];
+  if (::pipe2(to_child, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
+  if (::pipe2(to_parent, O_CLOEXEC) != 0) {
+    const int error = errno;
+    ::close(to_child[0]), ::close(to_child[1]);
+    throw NoProcess(std::generic_category().message(error));
+  }
+  child_ = ::fork();
+  if (child_ == 0) {
+    // It ends with the parent's end of the pipe: PR_SET_PDEATHSIG would end it with the thread that made it.
+    ::close(to_child[1]), ::close(to_parent[0]);
+    serve(seconds, to_child[0], to_parent[1], open);
+  }
+  const int error = errno;
+  ::close(to_child[0]), ::close(to_parent[1]);
+  questions_ = to_child[1], answers_ = to_parent[0];
+  if (child_ > 0) return;
+  end();
+  throw NoProcess("no process to read it in: " + std::generic_category().message(error));
+}
+
+AskedChild::~AskedChild() { end(); }
+
+void AskedChild::end() {
+  if (questions_ >= 0) ::close(std::exchange(questions_, -1));
+  const Ended ended{child_, answers_};
+}
+
+void AskedChild::ask(const std::string& question, const std::function<void(FromChild&)>& take) {
+  const std::lock_guard lock(mutex_);
+  if (!failure_.empty()) throw std::runtime_error(failure_);
+  try {
+    const auto size = static_cast<std::uint32_t>(question.size());
+    std::string bytes(reinterpret_cast<const char*>(&size), sizeof size);
+    bytes += question;
+    send_question(questions_, bytes);
+    FromChild source(answers_, child_);
+    take(source);
+    source.expect_end();
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+    end();
+    throw;
+  }
 }
 
 }  // namespace grapnel

@@ -9,11 +9,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 namespace grapnel {
+
+/// No child could be made; nothing is known of the file.
+struct NoProcess : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// The child's end: numbers and texts go to the parent. Writing ends the child where the parent no longer listens.
 class ToParent {
@@ -22,6 +29,7 @@ class ToParent {
   void put(const void* bytes, std::size_t size);
   void count(std::uint64_t value) { put(&value, sizeof value); }
   void text(const std::string& value);
+  void texts(const std::vector<std::string>& values);
   template <class T>
   void numbers(const std::vector<T>& values) {
     static_assert(std::is_arithmetic_v<T>);
@@ -40,13 +48,13 @@ class ToParent {
 /// the child threw, or with what became of the child.
 class FromChild {
  public:
-  FromChild(int descriptor, pid_t child) : descriptor_(descriptor), child_(child) {}
-  ~FromChild();
+  FromChild(int descriptor, pid_t& child) : descriptor_(descriptor), child_(child) {}
   FromChild(const FromChild&) = delete;
   FromChild& operator=(const FromChild&) = delete;
   void get(void* bytes, std::size_t size);
   std::uint64_t count();
   std::string text();
+  std::vector<std::string> texts();
   template <class T>
   std::vector<T> numbers() {
     static_assert(std::is_arithmetic_v<T>);
@@ -69,14 +77,41 @@ class FromChild {
   [[noreturn]] void died();
   void read(void* bytes, std::size_t size);
   int descriptor_;
-  pid_t child_;
+  pid_t& child_;          // 0 once it is reaped
   std::size_t left_ = 0;  // of the block under way
 };
+
+/// Processor time for reading a file of so many bytes: generous.
+inline double reading_seconds(double bytes) { return 4 + 2e-7 * bytes; }
 
 /// Runs `work` in a child of this process and `take` here, on what it sends. The child has `seconds` of processor time;
 /// it prints nothing and changes nothing here. `work` may use what the calling thread uses, and must not wait for other
 /// threads, which the child does not have.
 void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
                    const std::function<void(FromChild&)>& take);
+
+/// A child that opens a file once and answers questions about it until this object is destroyed. Thread safety: callers
+/// take turns.
+class AskedChild {
+ public:
+  using Answer = std::function<void(const std::string& question, ToParent&)>;
+  /// `open` runs in the child and returns what answers there; what it throws is the reply to every question. Each
+  /// answer, and the opening, has `seconds` of processor time. @throws std::runtime_error without a process
+  AskedChild(double seconds, const std::function<Answer()>& open);
+  ~AskedChild();
+  AskedChild(const AskedChild&) = delete;
+  AskedChild& operator=(const AskedChild&) = delete;
+
+  /// Asks, and runs `take` on the answer. After a failure all later questions fail likewise.
+  void ask(const std::string& question, const std::function<void(FromChild&)>& take);
+
+ private:
+  void end();
+
+  std::mutex mutex_;
+  pid_t child_ = 0;
+  int questions_ = -1, answers_ = -1;
+  std::string failure_;
+};
 
 }  // namespace grapnel

@@ -77,11 +77,11 @@ const Type& type_of<PeakLoad>() {
       field<&L::time>("time", "s", "when that is"),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.rating) : std::nullopt; }>(
           "rating", "as `peak`",
-          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of "
-          "base control its `limit`")
+          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`")
           .or_null(),
       derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.margin()) : std::nullopt; }>(
-          "margin", "1", "1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating")
+          "margin", "1",
+          "1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating")
           .or_null(),
       field<&L::assumed_duration>("assumed_duration",
                                   "a mean over `impact.duration`, which is an assumption; the peak may be larger"),
@@ -121,10 +121,10 @@ const Type& type_of<DetumblingReport>() {
       field<&D::begin>("begin", "s", "when the law begins"),
       field<&D::end>("end", "s", "when it ends; from then on the joints hold"),
       field<&D::ended>("ended",
-                       "`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a "
-                       "configuration in which they cannot move the target in all directions. `joint_limit`: a joint "
-                       "reached the end of its range. `released`: the target was let go. `running`: the run ended "
-                       "before"),
+                       "`at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end "
+                       "of its range. `released`: the target was let go. `running`: the run ended before. Near "
+                       "configurations in which the arms cannot move the target in all directions (`least_condition`) "
+                       "the law goes on with the others"),
       field<&D::joint>("joint", "whose range ended it; empty otherwise"),
       field<&D::torque_bound>("torque_bound", "N m", "on the torque about the target's centre of mass"),
       field<&D::largest_torque>("largest_torque", "N m",
@@ -138,14 +138,21 @@ const Type& type_of<DetumblingReport>() {
       field<&D::speed_after>("speed_after", "m/s", "at the end"),
       field<&D::expected_duration>("expected_duration", "s",
                                    "angular_momentum_before over torque_bound: what it takes where efforts suffice"),
+      field<&D::first_scale>("first_scale", "1",
+                             "part of the torque bound that effort limits and ratings of grasps allow as the law "
+                             "begins; expected_duration over it is what the detumbling takes at that pace"),
       field<&D::least_scale>("least_scale", "1",
-                             "least part of the torque bound that the joints' effort limits let pass; 1: they always "
-                             "sufficed"),
+                             "minimum part of the torque bound that these limits allow; 1: they always sufficed"),
       field<&D::least_scale_time>("least_scale_time", "s", "when that was"),
       field<&D::within_limits>(
           "within_limits",
-          "whether a smaller torque kept all efforts within their limits; if not, efforts were cut "
+          "whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down "
           "and the target did not move as asked for"),
+      field<&D::largest_demand>("largest_demand", "1",
+                                "largest share of an effort limit or of a grasp's rating that the law asked for before "
+                                "efforts were scaled down; above 1: by how much the limits are too small"),
+      field<&D::largest_demand_time>("largest_demand_time", "s", "when that was"),
+      field<&D::limiting>("limiting", "which limit that was; empty: nothing has a limit"),
       field<&D::least_condition>("least_condition", "1",
                                  "of the target's accelerations by the efforts: least singular value over the largest, "
                                  "its least"),
@@ -387,6 +394,14 @@ const Type& type_of<JointReport>() {
                       "meets its stops"),
       field<&J::sticks>("sticks", "1", "times that it came to rest"),
       field<&J::breakaways>("breakaways", "1", "times that it left it"),
+      field<&J::friction_share>("friction_share", "1",
+                                "largest friction while it was held, at any sample or time step, over its breakaway "
+                                "effort `static`; null: its friction does not stick")
+          .or_null(),
+      field<&J::friction_determined>(
+          "friction_determined",
+          "false: closed loops left the friction of this joint undetermined while it was held. The values reported "
+          "are the admissible set with the minimum sum of squared shares of breakaway"),
       field<&J::friction_heat>("friction_heat", "J", "that its friction made, stops apart"),
       field<&J::stop_impacts>("stop_impacts", "1", "times that it met a stop"),
       field<&J::stop_energy_lost>("stop_energy_lost", "J", "in these impacts, by the whole system"),
@@ -413,6 +428,7 @@ const Type& type_of<ThrusterReport>() {
       field<&T::name>("name", "of the thruster"),
       field<&T::firings>("firings", "1", "how often its valve opened"),
       field<&T::on_time>("on_time", "s", "how long it was open"),
+      field<&T::duty>("duty", "1", "on_time over the time of the phases in which thrusters are at work"),
       field<&T::impulse>("impulse", "N s", "of its force, ramps included"),
       field<&T::propellant>("propellant", "kg", "impulse over specific impulse and 9.80665 m/s^2"),
   };

@@ -19,10 +19,9 @@ namespace fs = std::filesystem;
 using hdf5::check;
 using hdf5::Handle;
 
-constexpr int kDeepestGroup = 32;                       // nested groups; deeper is a damaged file that points to itself
-constexpr std::uintmax_t kInMemory = 256 << 20;         // [bytes] larger files are read from the disk
-constexpr std::uint64_t kBlockBytes = 8 << 20;          // of numbers that are handed over at once
-constexpr double kSeconds = 4, kSecondsPerByte = 2e-7;  // of the processor, for reading a file: generous
+constexpr int kDeepestGroup = 32;                // nested groups; deeper is a damaged file that points to itself
+constexpr std::uintmax_t kInMemory = 256 << 20;  // [bytes] larger files are read from the disk
+constexpr std::uint64_t kBlockBytes = 8 << 20;   // of numbers that are handed over at once
 
 // --- In the child: HDF5
 // -----------------------------------------------------------------------------------------------
@@ -194,11 +193,6 @@ void send_rows(ToParent& parent, const std::vector<T>& values, std::size_t width
   parent.numbers(sent);
 }
 
-void send_texts(ToParent& parent, const std::vector<std::string>& texts) {
-  parent.count(texts.size());
-  for (const std::string& text : texts) parent.text(text);
-}
-
 void send_metadata(ToParent& parent, const Source& source) {
   const Handle root(H5Gopen2(source.file.id(), "/", H5P_DEFAULT), H5Gclose, "damaged: no root group");
   for (const char* name : {"version", "scenario", "sha256"}) parent.text(hdf5::read_string_attribute(root, name));
@@ -236,13 +230,13 @@ void send_series(const fs::path& path, std::uint64_t most_bytes, ToParent& paren
   const Source source = open(path);
   const Opened o = open_series(source);
   send_metadata(parent, source);
-  send_texts(parent, hdf5::read_strings_attribute(o.phase, "names"));
+  parent.texts(hdf5::read_strings_attribute(o.phase, "names"));
   parent.count(o.series.size());
   for (const Ordered& one : o.series) {
     parent.text(one.series.path);
     parent.text(one.series.unit);
     parent.text(one.series.description);
-    send_texts(parent, one.series.components);
+    parent.texts(one.series.components);
   }
   const std::uint64_t most_rows = std::max<std::uint64_t>(most_bytes / o.row_bytes, 1);
   const std::uint64_t every = o.samples <= most_rows ? 1 : (o.samples + most_rows - 1) / most_rows;
@@ -268,15 +262,7 @@ void send_series(const fs::path& path, std::uint64_t most_bytes, ToParent& paren
 // --- Here: what comes from the child
 // -----------------------------------------------------------------------------------
 
-constexpr std::uint64_t kMostTexts = 1 << 20;
-
-std::vector<std::string> take_texts(FromChild& child) {
-  const std::uint64_t count = child.count();
-  if (count > kMostTexts) throw std::runtime_error("damaged: a list of texts has an impossible size");
-  std::vector<std::string> texts;
-  for (std::uint64_t i = 0; i < count; ++i) texts.push_back(child.text());
-  return texts;
-}
+constexpr std::uint64_t kMostSeries = 1 << 20;
 
 TimeSeriesMetadata take_metadata(FromChild& child) {
   TimeSeriesMetadata metadata;
@@ -289,15 +275,15 @@ TimeSeriesMetadata take_metadata(FromChild& child) {
 TimeSeriesHead take_head(FromChild& child) {
   TimeSeriesHead head;
   head.metadata = take_metadata(child);
-  head.names.phases = take_texts(child);
+  head.names.phases = child.texts();
   const std::uint64_t count = child.count();
-  if (count > kMostTexts) throw std::runtime_error("damaged: there are impossibly many series");
+  if (count > kMostSeries) throw std::runtime_error("damaged: there are impossibly many series");
   for (std::uint64_t i = 0; i < count; ++i) {
     Series s;
     s.path = child.text();
     s.unit = child.text();
     s.description = child.text();
-    s.components = take_texts(child);
+    s.components = child.texts();
     head.names.series.push_back(std::move(s));
   }
   head.samples = child.count();
@@ -330,7 +316,7 @@ void reading(const fs::path& path, const std::function<void(ToParent&)>& send,
     const std::uintmax_t size = fs::file_size(path, none);
     if (none) throw std::runtime_error(none.message());
     std::optional<hdf5::Session> session(std::in_place);
-    read_in_child(kSeconds + kSecondsPerByte * static_cast<double>(size), send, [&](FromChild& child) {
+    read_in_child(reading_seconds(static_cast<double>(size)), send, [&](FromChild& child) {
       session.reset();  // the child has its own
       take(child);
     });

@@ -64,6 +64,30 @@ std::string file_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
+std::string folder_seen_from(const std::filesystem::path& from, const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return {};
+  const std::filesystem::path folder = std::filesystem::absolute(file, error).parent_path();
+  const std::filesystem::path seen = std::filesystem::proximate(folder, from, error);
+  return error ? std::string() : seen.generic_string();
+}
+
+std::string folder_of_input(const std::filesystem::path& document) {
+  try {
+    return Json::parse(file_bytes(document)).value("file_folder", "");
+  } catch (const std::exception&) {  // it serves a command on a page alone
+    return {};
+  }
+}
+
+std::string file_seen_from_here(const std::filesystem::path& from, const std::string& folder, const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path file = from / folder / std::filesystem::path(name).filename();
+  if (folder.empty() || !std::filesystem::is_regular_file(file, error)) return name;
+  const std::filesystem::path seen = std::filesystem::proximate(file, error);
+  return error ? name : seen.generic_string();
+}
+
 Json read_json_document(const std::filesystem::path& path, const std::string& schema, const std::string& earlier) {
   Json document = parsed(file_bytes(path), path);
   if (!document.is_object()) fail(path, "not a JSON object");

@@ -22,6 +22,15 @@ nlohmann::ordered_json read_json_document(const std::filesystem::path& path, con
 std::string required_text(const nlohmann::ordered_json& document, const std::string& pointer,
                           const std::filesystem::path& path);
 
+// Files that results name: their folder as seen from the result folder, so that both may be moved together.
+
+/// The folder of a file, relative to `from`; empty if the system does not know.
+std::string folder_seen_from(const std::filesystem::path& from, const std::filesystem::path& file);
+/// The text `file_folder` of a document that says so; empty without one.
+std::string folder_of_input(const std::filesystem::path& document);
+/// A file by that and its name, as a command given here names it; the name alone if the file is not there.
+std::string file_seen_from_here(const std::filesystem::path& from, const std::string& folder, const std::string& name);
+
 // JSON documents as text that people read and programs compare.
 
 /// Objects, and lists that hold objects or lists, are spread over lines; lists of numbers or names stay on one. Numbers

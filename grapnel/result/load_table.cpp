@@ -19,7 +19,13 @@ bool is_heavier(const PeakLoad& a, const PeakLoad& b) {
 
 bool is_rated(const PeakLoad& load) { return std::isfinite(load.rating); }
 
+// A drive that is cut at its effort limit has no margin, and is not close to a rating either.
+bool is_saturated(const PeakLoad& load) {
+  return load.quantity.starts_with("driving") && std::abs(load.margin()) <= 1e-9;
+}
+
 std::string percent(const PeakLoad& load) {
+  if (is_saturated(load)) return "saturated";
   return fmt::format("{:.1f} %{}", 100 * load.margin(), load.peak > load.rating ? "  EXCEEDED" : "");
 }
 
@@ -30,42 +36,6 @@ std::string words(const CaptureResult& result, const PeakLoad& load) {
   if (load.assumed_duration)
     text += fmt::format(", a mean over an assumed {} ms", short_number(1e3 * assumed_duration(result, load)));
   return text;
-}
-
-// All saturation of one drive in one phase.
-struct Saturation {
-  std::string joint, phase;
-  double begin = 0, duration = 0, limit = 0;
-  int times = 0;
-};
-
-std::vector<Saturation> saturations(const CaptureResult& result) {
-  std::vector<Saturation> all;
-  for (const LimitEvent& e : result.limit_events) {
-    if (e.kind != LimitKind::effort_saturated) continue;
-    const auto same = [&](const Saturation& s) { return s.joint == e.joint && s.phase == e.phase; };
-    auto at = std::find_if(all.begin(), all.end(), same);
-    if (at == all.end()) at = all.insert(all.end(), {e.joint, e.phase, e.begin_time, 0, std::abs(e.limit), 0});
-    at->duration += e.end_time - e.begin_time;
-    ++at->times;
-  }
-  return all;
-}
-
-std::string saturation_lines(const CaptureResult& result) {
-  constexpr std::size_t kShown = 8;
-  std::vector<Saturation> all = saturations(result);
-  std::ranges::stable_sort(all, std::greater<>(), &Saturation::duration);
-  std::string out;
-  for (std::size_t i = 0; i < std::min(kShown, all.size()); ++i) {
-    const Saturation& s = all[i];
-    out += paragraph(fmt::format("saturated: {} at its limit {} in {} for {} s{}, first at t = {} s", s.joint,
-                                 short_number(s.limit), s.phase, short_number(s.duration),
-                                 s.times > 1 ? fmt::format(" ({} times)", s.times) : "", short_number(s.begin)),
-                     "");
-  }
-  if (all.size() > kShown) out += fmt::format("and {} more, see limits.events in summary.json\n", all.size() - kShown);
-  return out.empty() ? "" : "\n" + out;
 }
 
 }  // namespace
@@ -116,7 +86,7 @@ std::string margins_table(const CaptureResult& result) {
       *at = &load;
     }
   }
-  if (worst.empty()) return saturation_lines(result);
+  if (worst.empty()) return "";
   std::stable_sort(worst.begin(), worst.end(), [](const PeakLoad* a, const PeakLoad* b) { return is_heavier(*a, *b); });
   TextTable table;
   table.row({"worst load, all phases", "", "peak", "rating", "at", "phase", "margin"});
@@ -136,7 +106,7 @@ std::string margins_table(const CaptureResult& result) {
                                  short_number(1e3 * duration)),
                      "  ");
   }
-  return out + saturation_lines(result);
+  return out;
 }
 
 }  // namespace grapnel

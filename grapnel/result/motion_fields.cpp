@@ -66,6 +66,30 @@ const Type& type_of<PhaseEnd>() {
 }
 
 template <>
+const Type& type_of<MotionPhaseReport::End>() {
+  using End = MotionPhaseReport::End;
+  static constexpr Choice choices[] = {choice(End::duration, "duration"), choice(End::condition, "condition")};
+  static constexpr Type type = enumeration<End>("MotionPhaseEnd", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<MotionPhaseReport>() {
+  using P = MotionPhaseReport;
+  static constexpr Field fields[] = {
+      field<&P::name>("name",
+                      "of the phase; its samples in the time series have it, pieces after an event NAME_2, ..."),
+      field<&P::begin>("begin", "s", "of the phase"),
+      field<&P::end>("end", "s", "of the phase"),
+      field<&P::ended>("ended", "`duration`: after its duration. `condition`: what it is `until` held before"),
+      field<&P::at_end>("state", "at its end"),
+  };
+  static constexpr Type type =
+      structure<P>("MotionPhaseReport", "a phase of the motion after the approach that has ended.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<PlannedMiss>() {
   static constexpr Field fields[] = {
       field<&PlannedMiss::end_effector>("end_effector", "whose miss it is"),

@@ -62,6 +62,10 @@ const Type& type_of<BodyMotion>();
 template <>
 const Type& type_of<PhaseEnd>();
 template <>
+const Type& type_of<MotionPhaseReport::End>();
+template <>
+const Type& type_of<MotionPhaseReport>();
+template <>
 const Type& type_of<GraspOutcome>();
 template <>
 const Type& type_of<PlanTerm>();
@@ -89,6 +93,18 @@ template <>
 const Type& type_of<DetumblingReport>();
 template <>
 const Type& type_of<JointReport>();
+template <>
+const Type& type_of<SaturationReport::Actuator>();
+template <>
+const Type& type_of<SaturationReport::Quantity>();
+template <>
+const Type& type_of<SaturationReport>();
+template <>
+const Type& type_of<Stability>();
+template <>
+const Type& type_of<StabilityReport>();
+template <>
+const Type& type_of<RestReport>();
 template <>
 const Type& type_of<StopImpact>();
 template <>

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "grapnel/result/load_table.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
@@ -84,6 +85,10 @@ std::string verdict(const CaptureResult& result) {
   std::string out = paragraph(result.scenario_name + ": " + text, "");
   out += capture_lines(result) + worst_margin_line(result) + ledger_line(result);
   if (!result.ledger.entries.empty()) out += feasibility_lines(result);
+  for (const std::string& sentence :
+       {ratings_sentence(result), saturation_sentence(result), stability_sentence(result), rest_sentence(result)}) {
+    if (!sentence.empty()) out += paragraph(sentence, "");
+  }
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
 }
@@ -113,7 +118,7 @@ std::string window_line(const CaptureResult& result) {
 // What a plan weighs, and how near it comes on its way to what it keeps.
 std::string plan_lines(const PlanReport& plan) {
   std::string text;
-  if (plan.terms.size() > 1) {
+  if (plan.terms.size() > 1 && std::isfinite(plan.objective_value)) {
     std::string terms;
     for (const PlanTerm& term : plan.terms) {
       terms += fmt::format("{}{} x {} {}", terms.empty() ? "" : " + ", short_number(term.weight), term.name,
@@ -139,13 +144,20 @@ std::string plan_lines(const PlanReport& plan) {
   return text + paragraph(parts, "  ");
 }
 
+// Final values may be found for an approach that is not.
+bool is_unplanned(const CaptureResult& result) {
+  return result.status == CaptureStatus::failed && result.failure.starts_with("planning");
+}
+
 // What planning has found, where it had to look for something.
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
-  std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps, objective {} = {}\n",
-                                plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
-                                plan.objective, short_number(plan.objective_value));
+  std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps",
+                                plan.found && !is_unplanned(result) ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations);
+  if (std::isfinite(plan.objective_value))
+    out += fmt::format(", objective {} = {}", plan.objective, short_number(plan.objective_value));
+  out += "\n";
   out += plan_lines(plan);
   TextTable table;
   table.row({"joint", "final value", "final rate"});
@@ -235,30 +247,52 @@ std::string gyro_table(const CaptureResult& result) {
   return out;
 }
 
+// Of every actuator that saturated.
+std::string saturation_table(const CaptureResult& result) {
+  if (result.saturation.empty()) return "";
+  TextTable table;
+  table.row({"saturated", "quantity", "name", "limit", "time", "share", "first at", "at the end"});
+  table.row({"", "", "", "rad/s, N m, N", "s", "%", "s", ""});
+  for (const SaturationReport& s : result.saturation)
+    table.row({name_of(s.actuator), name_of(s.quantity), s.name, short_number(s.limit), short_number(s.duration),
+               fmt::format("{:.1f}", 100 * s.share), short_number(s.first_time), s.at_end ? "yes" : "no"});
+  return "\n" + table.text();
+}
+
 std::string joint_mode_table(const CaptureResult& result) {
   if (result.joints.empty()) return "";
   TextTable table;
   table.row({"joint", "phase", "at its end", "sticks", "breaks away", "friction heat", "met stops", "lost there",
              "motor work", "electrical"});
   table.row({"", "", "", "", "", "J", "", "J", "J", "J"});
+  bool determined = true;
   for (const JointReport& j : result.joints) {
     const auto electrical = j.electrical_energy();
-    table.row({j.joint, j.phase, name_of(j.mode), std::to_string(j.sticks), std::to_string(j.breakaways),
+    determined = determined && j.friction_determined;
+    const std::string mode = std::string(name_of(j.mode)) + (j.friction_determined ? "" : " *");
+    table.row({j.joint, j.phase, mode, std::to_string(j.sticks), std::to_string(j.breakaways),
                short_number(j.friction_heat), std::to_string(j.stop_impacts), short_number(j.stop_energy_lost),
                short_number(j.motor_work), electrical ? short_number(*electrical) : "-"});
   }
-  return "\njoints with friction that sticks, stops or known motors\n" + table.text();
+  std::string out = "\njoints with friction that sticks, stops or known motors\n" + table.text();
+  if (!determined)
+    out += paragraph(
+        "* closed loops leave the friction of these joints undetermined while they are held: joint efforts and loads "
+        "of "
+        "the loops are those of the admissible friction with the minimum sum of squared shares of breakaway",
+        "");
+  return out;
 }
 
 std::string thruster_table(const CaptureResult& result) {
   if (!result.thrusters) return "";
   const ThrustersReport& all = *result.thrusters;
   TextTable table;
-  table.row({"thruster", "firings", "time on", "impulse", "propellant"});
-  table.row({"", "", "s", "N s", "kg"});
+  table.row({"thruster", "firings", "time on", "duty", "impulse", "propellant"});
+  table.row({"", "", "s", "%", "N s", "kg"});
   for (const ThrusterReport& t : all.each)
-    table.row({t.name, std::to_string(t.firings), short_number(t.on_time), short_number(t.impulse),
-               short_number(t.propellant)});
+    table.row({t.name, std::to_string(t.firings), short_number(t.on_time), fmt::format("{:.1f}", 100 * t.duty),
+               short_number(t.impulse), short_number(t.propellant)});
   std::string out = "\nthrusters: " + short_number(all.propellant) + " kg of propellant";
   if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg at hand";
   if (all.excess() > 0) out += fmt::format(", {} kg MORE THAN THERE IS", short_number(all.excess()));
@@ -551,9 +585,22 @@ std::string post_impact_table(const CaptureResult& result) {
   TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
-  return fmt::format("\nafter the impact, at its end (t = {} s{})\n", short_number(end.time),
-                     beyond(result, end.time)) +
+  return fmt::format("\n{}, at its end (t = {} s{})\n", result.without_impact ? "motion" : "after the impact",
+                     short_number(end.time), beyond(result, end.time)) +
          base.text();
+}
+
+// Of a sequence of phases, or one that may end before its duration.
+std::string phases_table(const CaptureResult& result) {
+  const auto by_condition = [](const MotionPhaseReport& p) { return p.ended == MotionPhaseReport::End::condition; };
+  if (result.phases.size() < 2 && std::none_of(result.phases.begin(), result.phases.end(), by_condition)) return "";
+  TextTable table;
+  table.row({"phase", "begin", "end", "ended by", "base angular velocity"});
+  table.row({"", "s", "s", "", "rad/s"});
+  for (const MotionPhaseReport& p : result.phases)
+    table.row({p.name, short_number(p.begin), short_number(p.end), name_of(p.ended),
+               p.at_end ? vector(p.at_end->base.angular_velocity) : "-"});
+  return "\n" + table.text();
 }
 
 // "at rest at t = 75.2 s" and the like.
@@ -584,10 +631,17 @@ std::string law_tables(const CaptureResult& result) {
     table.row({"largest torque, its bound", "N m", short_number(d->largest_torque), short_number(d->torque_bound)});
     table.row(
         {"duration, with enough effort", "s", short_number(d->end - d->begin), short_number(d->expected_duration)});
-    if (d->least_scale < 1)
-      table.row({"least part of the torque, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+    if (d->least_scale < 1) {
+      table.row({"part of the torque at the begin", "1", small(d->first_scale)});
+      table.row({"minimum part of it, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+    }
     out += table.text();
-    if (!d->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+    if (!d->within_limits)
+      out += paragraph(
+          fmt::format("efforts were scaled down, and the target did not move as asked for: that takes {} times "
+                      "{} (t = {} s)",
+                      short_number(d->largest_demand), d->limiting, short_number(d->largest_demand_time)),
+          "  ");
   }
   const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
     out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");
@@ -656,10 +710,11 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
-         impact_tables(result) + release_lines(result) + post_impact_table(result) + law_tables(result) +
-         elastic_table(result) + wheel_table(result) + gyro_table(result) + thruster_table(result) +
-         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
-         ledger_table(result.ledger);
+         impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
+         law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
+         thruster_table(result) + saturation_table(result) + joint_mode_table(result) + loop_tables(result) +
+         load_table(result) +
+         clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -74,10 +74,11 @@ const Type& type_of<Clearances>() {
         for (const auto& [a, b] : c.result->clearance_unwatched) pairs.push_back({a, b});
         return pairs;
       }>("unwatched", "",
-         "pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an "
-         "end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. "
-         "Neighbours along the "
-         "tree are not watched either"),
+         "pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is "
+         "missed, and while it holds (an end-effector that passes *through* its own target before is not reported), "
+         "and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has "
+         "come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. "
+         "Neighbours along the tree are not checked"),
       derived < [](const C& c) -> auto& {return *std::min_element(
                                    c.result->clearance.begin(), c.result->clearance.end(),
                                    [](const auto& a, const auto& b) { return a.distance < b.distance; });
@@ -376,7 +377,9 @@ struct PostImpact {
 };
 
 bool has_approach(const CaptureResult& r) { return r.approach_start || r.approach_end || r.plan; }
-bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.loops.empty() || !r.grasp_loads.empty(); }
+bool has_phases(const CaptureResult& r) {
+  return r.post_impact_end || !r.phases.empty() || !r.loops.empty() || !r.grasp_loads.empty();
+}
 
 }  // namespace
 
@@ -459,7 +462,8 @@ const Type& type_of<PostImpact>() {
   using P = PostImpact;
   static constexpr Field fields[] = {derived < [](const P& p) -> auto& {return p.result->post_impact_end;
 }
-> ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->loops; }
+> ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->phases; }
+> ("phases", "", "that have ended, in the order of time"), derived < [](const P& p) -> auto& { return p.result->loops; }
 > ("loops", "", "absent where no loop was closed").when<[](const P& p) { return !p.result->loops.empty(); }>(),
     derived < [](const P& p) -> auto& {
   return p.result->grasp_loads;
@@ -473,10 +477,12 @@ const Type& type_of<PostImpact>() {
 > ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->identification; }
 > ("identification", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->impedance; }
 > ("impedance", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->grasp_force; }
-> ("grasp_force", "", "absent without it"),
+> ("grasp_force", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->rest; }
+> ("at_rest", "", "absent where the scenario states no rates"),
 }
 ;
-static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
+static constexpr Type type =
+    structure<P>("PostImpact", "the motion after the impact, or of a run without one.", fields);
 return type;
 }
 
@@ -522,7 +528,10 @@ const Type& type_of<Summary>() {
 > ("releases", "", "grasps that are released, in the order of time; absent if there are none")
         .when<[](const S& s) { return !s.result.releases.empty(); }>(),
     derived<[](const S& s) { return PostImpact{&s.result}; }>("post_impact", "", "absent without such motion")
-        .when<[](const S& s) { return has_post_impact(s.result); }>(),
+        .when<[](const S& s) { return has_phases(s.result) && !s.result.without_impact; }>(),
+    derived<[](const S& s) { return PostImpact{&s.result}; }>("motion", "",
+                                                              "of a scenario in which nothing is captured; else absent")
+        .when<[](const S& s) { return has_phases(s.result) && s.result.without_impact; }>(),
     derived < [](const S& s) -> auto& {
   return s.result.peak_loads;
 }
@@ -553,7 +562,15 @@ const Type& type_of<Summary>() {
     derived < [](const S& s) -> auto& {
   return s.result.thrusters;
 }
-> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
+> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return s.result.saturation; }
+> ("saturation", "", "actuators that were at their limits, the longest first; absent if none was")
+        .when<[](const S& s) { return !s.result.saturation.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.stability;
+}
+> ("stability", "", "of control loops, per phase of motion; absent where it was not observed")
+        .when<[](const S& s) { return !s.result.stability.empty(); }>(),
+    derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
         .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
     derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <string_view>
 
 namespace grapnel {
@@ -22,6 +23,39 @@ std::string shortened(const std::string& text, std::size_t width) {
     kept += c;
   }
   return kept + "…";
+}
+
+/// Cut in the middle: names of one family differ at their ends.
+std::string shortened_inside(const std::string& text, std::size_t width) {
+  const std::size_t all = text_width(text);
+  if (all <= width) return text;
+  const std::size_t front = width / 3, back = width - 1 - front;
+  std::string begin, end;
+  std::size_t column = 0;
+  for (const char c : text) {
+    if (starts_character(c)) ++column;
+    if (column <= front) begin += c;
+    if (column > all - back) end += c;
+  }
+  return begin + "…" + end;
+}
+
+/// Whether texts that differ still do in cells.
+bool tells_apart(const std::vector<std::string>& texts, const std::vector<std::string>& cells) {
+  return std::set(texts.begin(), texts.end()).size() == std::set(cells.begin(), cells.end()).size();
+}
+
+/// The first column in at least `width` columns, wider where names could not be told apart otherwise.
+std::vector<std::string> first_cells(const std::vector<std::string>& texts, std::size_t& width) {
+  const auto cut = [&](const auto& shorten) {
+    std::vector<std::string> cells;
+    for (const std::string& text : texts) cells.push_back(shorten(text, width));
+    return cells;
+  };
+  if (auto cells = cut(shortened); tells_apart(texts, cells)) return cells;
+  for (;; ++width) {
+    if (auto cells = cut(shortened_inside); tells_apart(texts, cells)) return cells;
+  }
 }
 
 std::string padding(const std::string& text, std::size_t width) {
@@ -70,11 +104,15 @@ std::string TextTable::text() const {
     const std::size_t others = total - widths[0];
     widths[0] = std::max(kShortest, kTextColumns - std::min(kTextColumns, others));
   }
+  std::vector<std::string> names;
+  for (const auto& row : rows_) names.push_back(row.empty() ? "" : row[0]);
+  names = first_cells(names, widths[0]);
   std::string out;
-  for (const auto& row : rows_) {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const std::vector<std::string>& row = rows_[r];
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string cell = i == 0 ? shortened(row[i], widths[i]) : row[i];
+      const std::string& cell = i == 0 ? names[r] : row[i];
       line += i < left_ ? "  " + cell + padding(cell, widths[i]) : "  " + padding(cell, widths[i]) + cell;
     }
     line.erase(line.find_last_not_of(' ') + 1);

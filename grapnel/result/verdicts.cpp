@@ -185,6 +185,134 @@ std::vector<std::string> not_checked_texts(const Ledger& ledger) {
   return texts;
 }
 
+// ---- Actuators and control ----
+
+namespace {
+
+// "wheel a at its largest rate 418.9 rad/s"
+std::string saturated_words(const SaturationReport& s) {
+  using Actuator = SaturationReport::Actuator;
+  const bool is_rate = s.quantity == SaturationReport::Quantity::rate;
+  const std::string limit = is_rate ? fmt::format("largest rate {} rad/s", short_number(s.limit))
+                                    : fmt::format("largest torque {} N m", short_number(s.limit));
+  switch (s.actuator) {
+    case Actuator::wheel:
+      return (is_rate ? "wheel " : "motor of wheel ") + s.name + " at its " + limit;
+    case Actuator::gyro:
+      return "gimbal of gyro " + s.name + " at its " + limit;
+    case Actuator::gyros:
+      return fmt::format("gyros near a singularity (measure below {})", short_number(s.limit));
+    case Actuator::thruster:
+      return "thruster " + s.name + " on all the time, and less given than commanded";
+    case Actuator::joint:
+      return fmt::format("drive of {} at its effort limit {}", s.name, short_number(s.limit));
+    case Actuator::base_control:
+      break;
+  }
+  return fmt::format("base control about {} at its limit {} N m", s.name, short_number(s.limit));
+}
+
+// A wheel at its largest rate and a thruster that is on all the time have no more to give; torques that are cut for a
+// while, as slews begin, are usual.
+bool is_worth_a_warning(const SaturationReport& s) {
+  constexpr double kShare = 0.01, kShareOfTorques = 0.1, kLongOfTorques = 60;  // [1], [1], [s]
+  const bool gives_no_more =
+      s.quantity == SaturationReport::Quantity::rate || s.quantity == SaturationReport::Quantity::duty;
+  return s.at_end || (gives_no_more ? s.share >= kShare : s.share >= kShareOfTorques || s.duration >= kLongOfTorques);
+}
+
+std::string more_words(std::size_t more) { return more > 0 ? fmt::format("; {} more, see saturation", more) : ""; }
+
+}  // namespace
+
+std::string saturation_text(const SaturationReport& s) {
+  return fmt::format("{} for {} s ({:.3g} % of the motion), first at t = {} s{}", saturated_words(s),
+                     short_number(s.duration), 100 * s.share, short_number(s.first_time),
+                     s.at_end ? ", and at the end" : "");
+}
+
+std::string saturation_sentence(const CaptureResult& result) {
+  if (result.saturation.empty()) return "";
+  return "saturated: " + saturation_text(result.saturation.front()) + more_words(result.saturation.size() - 1);
+}
+
+std::vector<std::string> saturation_warnings(const CaptureResult& result) {
+  constexpr std::size_t kMost = 4;
+  std::vector<std::string> texts;
+  std::size_t more = 0;
+  for (const SaturationReport& s : result.saturation) {
+    if (s.actuator == SaturationReport::Actuator::gyros || !is_worth_a_warning(s)) continue;
+    if (texts.size() < kMost) {
+      texts.push_back("saturated: " + saturation_text(s));
+    } else {
+      ++more;
+    }
+  }
+  if (more > 0) texts.push_back(fmt::format("saturated: {} more actuators, see saturation in summary.json", more));
+  return texts;
+}
+
+Stability stability_of(const CaptureResult& result) {
+  if (result.stability.empty()) return Stability::not_evaluated;
+  return std::ranges::min_element(result.stability, {}, &StabilityReport::verdict)->verdict;
+}
+
+std::string instability_text(const StabilityReport& s) {
+  const std::string rate = s.of.starts_with("base ") ? "the angular velocity of the base about " + s.of.substr(5)
+                                                     : "the error of rate of joint " + s.of;
+  return fmt::format(
+      "control is unstable in {}: {} oscillates with a period of {} s, at most {} in the first third and {} in the "
+      "last; {}{}",
+      s.phase, rate, short_number(s.period), short_number(s.amplitude_before), short_number(s.amplitude_after),
+      s.reason, s.saturated_share > 0 ? fmt::format(" ({:.0f} % of the last third)", 100 * s.saturated_share) : "");
+}
+
+std::string stability_sentence(const CaptureResult& result) {
+  if (result.stability.empty()) return "";
+  const StabilityReport& worst = *std::ranges::min_element(result.stability, {}, &StabilityReport::verdict);
+  if (worst.verdict == Stability::unstable) return "stability: UNSTABLE; " + instability_text(worst);
+  const StabilityReport& last = result.stability.back();
+  if (last.verdict == Stability::stable)
+    return fmt::format("stability: stable in {}, controlled rates decay", last.phase);
+  return fmt::format(
+      "stability: not evaluated in {}, {}: {} (at most {} in the first third of the phase, {} in the "
+      "last)",
+      last.phase, last.of, last.reason, short_number(last.amplitude_before), short_number(last.amplitude_after));
+}
+
+std::string rest_sentence(const CaptureResult& result) {
+  if (!result.rest) return "";
+  const RestReport& rest = *result.rest;
+  std::string rates = fmt::format("base at {} of {} rad/s", short_number(rest.angular_velocity),
+                                  short_number(rest.angular_velocity_limit));
+  if (!rest.joint.empty())
+    rates += fmt::format(", joint {} at {} of {}", rest.joint, short_number(rest.joint_rate),
+                         short_number(rest.joint_rate_limit));
+  return rest.at_rest ? fmt::format("at rest: yes, from t = {} s on; at the end {}", short_number(rest.time), rates)
+                      : fmt::format("at rest: NO; at the end {}", rates);
+}
+
+std::string ratings_sentence(const CaptureResult& result) {
+  std::vector<std::string> rated, exceeded;  // what has ratings
+  const auto note = [](std::vector<std::string>& names, const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (const PeakLoad& load : result.peak_loads) {
+    if (!std::isfinite(load.rating)) continue;
+    const std::string name = load.of + " (" + load.quantity + ")";
+    note(rated, name);
+    if (load.margin() < -1e-9 || std::isnan(load.margin())) note(exceeded, name);
+  }
+  if (exceeded.empty()) return "";
+  constexpr std::size_t kNamed = 4;
+  const std::size_t named = std::min(kNamed, exceeded.size());
+  std::string text =
+      fmt::format("ratings: EXCEEDED, {} of {}: {}", exceeded.size(), rated.size(),
+                  fmt::join(exceeded.begin(), exceeded.begin() + static_cast<std::ptrdiff_t>(named), ", "));
+  if (named < exceeded.size()) text += fmt::format(" and {} more", exceeded.size() - named);
+  return text;
+}
+
 std::string feasibility_sentence(const CaptureResult& result) {
   const Verdict verdict = result.ledger.feasibility();
   if (verdict == Verdict::no) return infeasible_sentence(result);

@@ -43,6 +43,30 @@ std::vector<GradedViolation> worst_by_phase(const std::vector<GradedViolation>& 
 /// What of feasibility nobody looked at: "clearance: switched off". Of several rows with one reason, one text.
 std::vector<std::string> not_checked_texts(const Ledger& ledger);
 
+/// "saturated: wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the
+/// end; 3 more". The longest saturation; empty: none.
+std::string saturation_sentence(const CaptureResult& result);
+/// Of every saturation that is there at the end, or lasts a hundredth of the motion (of torques and efforts a tenth, or
+/// a minute), one text each, the longest first; of more than four, how many more. Singularities of gyros have a warning
+/// of their own.
+std::vector<std::string> saturation_warnings(const CaptureResult& result);
+/// "wheel a at its largest rate 418.9 rad/s for 52 s (44 % of the motion), first at t = 10 s, and at the end"
+std::string saturation_text(const SaturationReport& report);
+
+/// "stability: UNSTABLE in post_impact, base x: ...", else of the last phase with feedback; empty: there is none.
+std::string stability_sentence(const CaptureResult& result);
+/// "control is unstable in post_impact: base x oscillates with a period of 0.4 s, ..."
+std::string instability_text(const StabilityReport& report);
+/// The worst of all phases; not_evaluated: of none.
+Stability stability_of(const CaptureResult& result);
+
+/// "at rest: yes, from t = 31 s on (...)", "at rest: NO, ..." with the rates at the end; empty where it is not asked
+/// for.
+std::string rest_sentence(const CaptureResult& result);
+
+/// "ratings: EXCEEDED, 2 of 14; worst ..." Empty: nothing is rated or nothing is exceeded.
+std::string ratings_sentence(const CaptureResult& result);
+
 /// "feasible: yes, clearance and joint limits are kept"; "feasible: NO, valid until 35.46 s: base and debris overlap
 /// from then on (post_impact)"; "feasible: not checked; clearance: switched off". Without a line break.
 std::string feasibility_sentence(const CaptureResult& result);

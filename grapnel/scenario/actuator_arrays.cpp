@@ -76,6 +76,7 @@ struct Described<WheelArraySetup> {
       found<[](T& t) -> double& { return t.each.rate; }>("rate", "rad/s", "Largest of each; absent: none.")
           .above(0)
           .up_to(1e+09)
+          .plausible_to(kFastestRotor)
           .as("number or infinity")
           .optional(),
       friction_key(),
@@ -100,6 +101,7 @@ struct Described<GyroArraySetup> {
       found<[](T& t) -> double& { return t.each.spin_rate; }>("spin_rate", "rad/s", "Of each rotor in its gimbal.")
           .above(0)
           .up_to(1e+09)
+          .plausible_to(kFastestRotor)
           .required(),
       found<[](T& t) -> double& { return t.each.gimbal_inertia; }>(
           "gimbal_inertia", "kg m^2", "About each gimbal's axis, of all that turns with it; more than half of inertia.")

@@ -109,6 +109,7 @@ struct Described<BaseControlSetup> {
           .at_least(0),
       field<&T::wheel_speeds>("wheel_speeds", "rad/s",
                               "Per wheel; absent: zero, so that the wheels' momenta become least.")
+          .plausible_to(kFastestRotor)
           .optional(),
       field<&T::modulation>("thrusters", "", "How thrusters give what is asked for.").optional(),
       field<&T::dumping>("dumping", "", "Thrusters take out the wheels' momentum; absent: they do not.").optional(),

@@ -30,9 +30,11 @@ struct Described<ControlSetup> {
                             "parameters by their names.")
           .as("parameters")
           .optional(),
-      field<&T::inputs>("inputs", "",
-                        "Of an FMU: what its input variables are, {variable: signal}. Absent: variables that are "
-                        "called like a signal.")
+      field<&T::inputs>(
+          "inputs", "",
+          "Of an FMU: what its input variables are, {variable: signal}; in place of a signal a constant, or "
+          "start for the value that the variable starts with. Absent: variables that are called like a "
+          "signal.")
           .as("parameters")
           .optional(),
       field<&T::outputs>("outputs", "", "Of an FMU: the signals that its output variables are, {variable: signal}.")

@@ -217,11 +217,64 @@ struct Described<GraspForceSetup> {
 };
 
 template <>
+struct Described<RestSetup> {
+  using T = RestSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::angular_velocity>("angular_velocity", "rad/s", "Largest of the base, in W.").above(0).required(),
+      field<&T::joint_rate>("joint_rate", "rad/s or m/s",
+                            "Largest of every joint that arms have; absent: joints are not evaluated.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "rest", "Goal of the motion: the base and the joints stay below these rates from some time on to the end.",
+      fields);
+};
+
+template <>
+struct Described<PhaseUntil> {
+  using T = PhaseUntil;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::base_rate>("base_rate", "rad/s", "The base's angular velocity is at most this.").above(0).optional(),
+      field<&T::target_rate>("target_rate", "rad/s", "The angular velocity of every target is at most this.")
+          .above(0)
+          .optional(),
+      field<&T::relative_rate>("relative_rate", "rad/s",
+                               "The angular velocity of every target relative to the base is at most this.")
+          .above(0)
+          .optional(),
+      field<&T::joint_rate>("joint_rate", "rad/s or m/s", "The rate of every driven joint is at most this.")
+          .above(0)
+          .optional(),
+      field<&T::wheel_momentum_below>("wheel_momentum_below", "1",
+                                      "Every wheel holds at most this share of its largest momentum.")
+          .above(0)
+          .at_most(1)
+          .optional(),
+      field<&T::wheel_momentum_above>("wheel_momentum_above", "1",
+                                      "At least one wheel holds this share of its largest momentum.")
+          .above(0)
+          .at_most(1)
+          .optional(),
+      field<&T::event>("event", "", "law_ended: the law that moves all joints together is over.").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type = structure<T>(
+      "until", "What ends the phase before its duration: the first instant at which all that is given holds.", fields,
+      rules);
+};
+
+template <>
 struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
   static constexpr auto with_gains = [](const T& t) { return has_gains(t.joints); };
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::duration>("duration", "s", "").above(0).required(),
+      field<&T::name>("name", "",
+                      "Name of the phase in results; absent: the key of an only phase, in a list phase_1, phase_2, ...")
+          .optional(),
+      field<&T::duration>("duration", "s", "Of the phase; with `until` at the longest.").above(0).required(),
+      field<&T::until>("until", "", "").optional(),
       field<&T::joints>(
           "joints", "",
           "free: no torques. pd: hold the joint values found at the impact, by the law (4.1). computed_torque: the "
@@ -252,6 +305,7 @@ struct Described<PostImpactSetup> {
       field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
       field<&T::grasp_force>("grasp_force", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
+      field<&T::at_rest>("at_rest", "", "").optional(),
       field<&T::assumed>(&assumed_description, "assumed", "").optional(),
       field<&T::identify>(&identify_description, "identify", "").optional(),
       field<&T::model>(
@@ -265,12 +319,13 @@ struct Described<PostImpactSetup> {
   static constexpr auto rules = std::to_array<Rule>(
       {when("joints", "pd, computed_torque, detumble, keep_base_attitude, impedance, grasp_force").require("kp, kd"),
        when("joints", "detumble").require("detumble"), when("joints", "grasp_force").require("grasp_force")});
-  static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
+  static constexpr Type type =
+      structure<T>("post_impact", "A phase of motion: after the impact that of the joined system.", fields, rules);
 };
 
 const Type& contact_description() { return type_of<ContactSetup>(); }
 const Type& impact_description() { return type_of<std::optional<ImpactSetup>>(); }
-const Type& post_impact_description() { return type_of<std::optional<PostImpactSetup>>(); }
+const Type& phases_description() { return type_of<std::vector<PostImpactSetup>>(); }
 
 // ---- How they are read ----
 
@@ -382,12 +437,35 @@ void finish_impact(Reading& reading) {
   if (!node.entry("law") || text_at(node, "law") == name_of(impact.law)) check_uses(node, impact.law, reading.faults);
 }
 
+namespace {
+
+// The phases of a sequence, each with its path; one alone is no list.
+std::vector<std::pair<const Node*, std::string>> phase_nodes(const Node& root, const std::string& key) {
+  const Node& phases = part(root, key);
+  std::vector<std::pair<const Node*, std::string>> nodes;
+  if (phases.is_mapping()) nodes.emplace_back(&phases, key);
+  for (std::size_t i = 0; i < phases.items.size(); ++i) nodes.emplace_back(&phases.items[i], item(key, i));
+  return nodes;
+}
+
+}  // namespace
+
 void finish_post_impact(Reading& reading) {
-  const Node& list = part(part(reading.root, "post_impact"), "release");
   ReleaseNames names(reading);
-  for (std::size_t i = 0; i < list.items.size() && !reading.faults.full(); ++i) {
-    for (const Node& name : part(list.items[i], "end_effectors").items)
-      names.check(name, below(item("post_impact.release", i), "end_effectors"));
+  for (const char* key : {"post_impact", "motion"}) {
+    for (const auto& [node, path] : phase_nodes(reading.root, key)) {
+      const Node& list = part(*node, "release");
+      for (std::size_t i = 0; i < list.items.size() && !reading.faults.full(); ++i) {
+        for (const Node& name : part(list.items[i], "end_effectors").items)
+          names.check(name, below(item(below(path, "release"), i), "end_effectors"));
+      }
+      for (const char* knowledge : {"assumed", "identify"}) {
+        const Node& name = part(part(*node, knowledge), "target");
+        reading.targets.expect(name.text, name.mark, below(path, knowledge), reading.faults);
+      }
+      if (const std::string name = text_at(*node, "name"); !name.empty())
+        check_name(name, part(*node, "name").mark, below(path, "name"), reading.faults);
+    }
   }
 }
 

@@ -59,6 +59,11 @@ constexpr Field lock_key() {
       .as("numbers by name")
       .optional();
 }
+constexpr Field wheels_key() {
+  return key<std::vector<std::string>>("wheels", "", "Joints of the base that become its reaction wheels.")
+      .items(1, 100)
+      .optional();
+}
 constexpr Field end_effectors_key() {
   return key<std::vector<std::string>>("end_effectors", "",
                                        "Links or frames that become end-effectors; absent: the outermost ones.")
@@ -88,6 +93,7 @@ struct Described<ImportKeys> {
       base_key(),
       packages_key(),
       lock_key(),
+      wheels_key(),
       end_effectors_key(),
       repair_key(),
       key<std::string>("bus", "",
@@ -97,7 +103,8 @@ struct Described<ImportKeys> {
       mount_key(),
       prefix_key(),
   });
-  static constexpr auto rules = std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus")});
+  static constexpr auto rules =
+      std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus"), not_both("wheels, bus")});
   static constexpr Type type =
       structure<ImportKeys>("import", "How a robot in URDF or MJCF becomes one of Grapnel's.", fields, rules);
 };
@@ -265,6 +272,7 @@ class Importer {
       options.packages.push_back({entry.key, path_beside(beside_, entry.value.text)});
     for (const Node& item : part(settings, "end_effectors").items)
       options.end_effectors.push_back({item.text, item.mark});
+    for (const Node& item : part(settings, "wheels").items) options.wheels.push_back({item.text, item.mark});
     options.repair_inertia = boolean_at(settings, "repair_inertia");
     return options;
   }
@@ -295,9 +303,15 @@ class Importer {
       const auto bytes = read_file(path, named.mark, faults_, kLargestFile, named.text);
       if (!bytes) return nullptr;
       const std::size_t before = faults_.size();
-      SourceModel model = read_source(path, *bytes);
+      std::string note;
+      const auto text = xml_in_utf8(path.string(), *bytes, note, faults_);
+      if (!text) return nullptr;
+      SourceModel model = read_source(path, *text);
       if (faults_.size() > before) return nullptr;
-      ScenarioFiles::File kept{*bytes, {}, {}};
+      if (!note.empty())
+        model.decisions.insert(model.decisions.begin(),
+                               ImportDecision{{std::make_shared<const std::string>(path.string()), 1, 1}, note});
+      ScenarioFiles::File kept{*text, {}, {}};
       kept.model = std::make_shared<const SourceModel>(std::move(model));
       files_.keep(path, kept);
       file = std::make_shared<const ScenarioFiles::File>(std::move(kept));
@@ -308,7 +322,7 @@ class Importer {
   }
 
   SourceModel read_source(const fs::path& path, const std::string& bytes) {
-    const XmlFile file(path.string(), bytes, faults_);
+    const XmlFile file(path.string(), bytes, faults_, XmlFile::Numbers::arithmetic);
     if (std::string_view(file.root().name()) != "mujoco") return read_urdf(file, faults_);
     std::string meshes;
     SourceModel model = read_mjcf(path, bytes, faults_, [&](const fs::path& mesh, std::string& why_not) {
@@ -330,6 +344,8 @@ class Importer {
     FaultList faults;
     const Meshes meshes = read_mesh_files(tree, place_, files_, hashed, faults);
     if (!faults.empty()) why_not = faults.all().front().message;
+    for (const Fault& warning : faults.warnings())
+      result_.decisions.push_back({{std::make_shared<const std::string>(warning.file), 0, 0}, warning.message});
     return faults.empty() && !meshes.empty() ? meshes.begin()->second : nullptr;
   }
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -138,8 +140,9 @@ struct Described<ClearanceSetup> {
       field<&T::enabled>("enabled", "", ""),
       field<&T::required>("required", "m", "A smaller distance is a violation.").at_least(0),
       field<&T::ignore>("ignore", "",
-                        "Pairs of bodies that are not watched: links, the base and targets by name; of a link and a "
-                        "target of one name the link is meant.")
+                        "Pairs of bodies that are not checked: links, the base and targets by name, panels as "
+                        "TARGET/PANEL (a target's name does not include its panels); if a link and a target share a "
+                        "name, the name means the link.")
           .as("pairs of names"),
   });
   static constexpr Type type = structure<T>(
@@ -176,9 +179,15 @@ std::string body_named(const Node& node, const std::string& path, Reading& readi
   const NameTable &links = reading.robot.links, &targets = reading.targets;
   if (links.contains(node.text)) return node.text;
   if (targets.contains(node.text)) return target_body_name(node.text);
+  std::vector<std::string> panels;
+  for (const TargetSetup& target : reading.problem.targets) {
+    for (const PanelSetup& panel : target.panels) panels.push_back(fmt::format("{}/{}", target.name, panel.name));
+  }
+  if (std::find(panels.begin(), panels.end(), node.text) != panels.end()) return target_body_name(node.text);
   if (links.complete() && targets.complete()) {
     std::vector<std::string> names = links.names();
     names.insert(names.end(), targets.names().begin(), targets.names().end());
+    names.insert(names.end(), panels.begin(), panels.end());
     reading.faults.add(node.mark, fmt::format("unknown body {} in {}{}", in_quotes(node.text), path,
                                               suggestion(node.text, names, "bodies")));
   }

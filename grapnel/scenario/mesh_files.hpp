@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The mesh files that a scenario or a robot names: triangles from STL and OBJ files.
+/// The mesh files that a scenario or a robot names: triangles from STL, OBJ and Collada files.
 
 #include <filesystem>
 #include <memory>
@@ -20,12 +20,14 @@ inline constexpr std::size_t kLargestMesh = 64u << 20;  // [bytes]
 /// And above this number of triangles when read.
 inline constexpr std::size_t kMostTriangles = 200'000;
 
-/// Whether the file's ending says a format that can be read: .stl or .obj, in any case.
+/// Whether the file's ending says a format that can be read: .stl, .obj or .dae, in any case.
 bool is_mesh_file(const std::filesystem::path& path);
 
-/// The mesh in the bytes of a file. STL: binary, or text with facets; normals are not read. OBJ: v and f, polygons as
-/// fans of triangles; everything else is passed over. Vertices at the same place become one, triangles without an area
-/// are left out. Null after a fault, one per file, at its line in texts and without a line in binary files.
+/// The mesh in the bytes of a file. STL: binary, or text with facets; normals are not read; bytes behind the counted
+/// triangles are a warning. OBJ: v and f, polygons as fans of triangles; everything else is passed over. Collada: the
+/// geometries of the scene with the transforms of its nodes, in metres with z upwards. Vertices at the same place
+/// become one, triangles without an area are left out. Null after a fault, one per file, at its line in texts and
+/// without a line in binary files.
 std::shared_ptr<const TriangleMesh> read_mesh(std::string_view bytes, const std::filesystem::path& path,
                                               FaultList& faults);
 

@@ -39,6 +39,31 @@ double largest_principal_moment(const Symmetric3d& I) {
   return q + 2 * p * std::cos(std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3);
 }
 
+// Of the mass about the point that a tensor is about: S = (tr I / 2) 1 - I.
+Symmetric3d second_moments(const Symmetric3d& I) {
+  const double half = (I.xx + I.yy + I.zz) / 2;
+  Symmetric3d S = Symmetric3d::zero();
+  S.xx = half - I.xx, S.yy = half - I.yy, S.zz = half - I.zz;
+  S.xy = -I.xy, S.xz = -I.xz, S.yz = -I.yz;
+  return S;
+}
+
+double least_principal_moment(const Symmetric3d& S) {
+  Symmetric3d negative = S;
+  for (double* component : {&negative.xx, &negative.yy, &negative.zz, &negative.xy, &negative.xz, &negative.yz})
+    *component = -*component;
+  return -largest_principal_moment(negative);
+}
+
+// Of a tensor about the frame's origin.
+Symmetric3d about_centre_of_mass(Symmetric3d I, double mass, const Vector3d& com) {
+  const double square = dot(com, com);
+  I.xx -= mass * (square - com[0] * com[0]), I.yy -= mass * (square - com[1] * com[1]);
+  I.zz -= mass * (square - com[2] * com[2]);
+  I.xy += mass * com[0] * com[1], I.xz += mass * com[0] * com[2], I.yz += mass * com[1] * com[2];
+  return I;
+}
+
 // Farthest distance of a shape's points from a point of its body's frame, for round shapes a little more.
 double farthest(const Geometry& shape, const Vector3d& from) {
   const auto at = [&](const Vector3d& p) { return norm(shape.X_BG * p - from); };
@@ -149,12 +174,11 @@ bool start_is_cheap(const CaptureProblem& problem) {
 }
 
 // Where a body is described: a target's position, else the robot.
-const Mark& place_of_body(const Node& scenario, const CaptureProblem& problem, const std::string& body) {
-  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
-    const Node& list = part(scenario, "targets");
-    if (target_body_name(problem.targets[t].name) == body && t < list.items.size())
-      return part(part(list.items[t], "state"), "position").mark;
-  }
+const Mark& place_of_body(const Node& scenario, const CaptureSystem& system, int body) {
+  const Node& list = part(scenario, "targets");
+  const std::size_t target = system.addresses[static_cast<std::size_t>(body)].target;
+  if (belongs_to_targets(system, body) && target < list.items.size())
+    return part(part(list.items[target], "state"), "position").mark;
   return part(scenario, "robot").mark;
 }
 
@@ -178,11 +202,9 @@ class StartOverlaps {
   std::map<std::pair<int, int>, std::size_t> places_;
 };
 
-std::string shown_body(const CaptureProblem& problem, const std::string& body) {
-  for (const TargetSetup& t : problem.targets) {
-    if (target_body_name(t.name) == body) return "target " + in_quotes(t.name);
-  }
-  return in_quotes(body);
+std::string shown_body(const CaptureSystem& system, int body) {
+  const std::string name = in_quotes(shown_name(system.model.bodies()[body].description.name));
+  return system.addresses[static_cast<std::size_t>(body)].is_target_itself() ? "target " + name : name;
 }
 
 }  // namespace
@@ -199,9 +221,50 @@ void doubt_angular_rate(double rate, const Mark& mark, const std::string& name, 
                                 name, rate, std::abs(rate) / (2 * kPi), rate, rate * kPi / 180));
 }
 
-void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults) {
+void doubt_rotor_rate(double rate, const Mark& mark, const std::string& name, FaultList& faults) {
+  constexpr double kPerMinute = 2 * kPi / 60;
+  faults.warn(mark,
+              fmt::format("{} is {} rad/s, {:.6g} turns per minute, faster than wheels and rotors turn; rates are "
+                          "in rad/s, {} rpm would be {:.9g}",
+                          name, rate, std::abs(rate) / kPerMinute, rate, rate * kPerMinute));
+}
+
+void doubt_joint_limits(const Node& joint, const std::string& path, const JointDescription& read, FaultList& faults) {
+  constexpr double kDegree = kPi / 180;
+  constexpr double kMultiple = 10, kRounded = 0.01;  // [deg]: joints of many turns stop at multiples
+  // Degrees of limits lie between; larger numbers state that there is none.
+  const auto is_suspect = [](double x) { return std::abs(x) > 4 * kPi * (1 + 1e-6) && std::abs(x) <= 720; };
+  if (!turns_about_axis(read.type)) return;
+  const Node& limits = part(joint, "limits");
+  const auto is_plain = [](const Node& node) { return node.is_scalar() && node.unit == 0; };
+  for (const auto& [key, value] : {std::pair{"lower", read.limits.lower}, std::pair{"upper", read.limits.upper}}) {
+    const Node& node = part(limits, key);
+    const double degrees = value / kDegree;
+    if (!is_plain(node) || !is_suspect(value) || std::abs(std::remainder(degrees, kMultiple)) < kRounded) continue;
+    faults.warn(node.mark, fmt::format("{} is {} rad, {:.3g} turns; limits are in rad, {} degrees would be {:.9g}",
+                                       below(below(path, "limits"), key), value, std::abs(value) / (2 * kPi), value,
+                                       value * kDegree));
+  }
+  const Node& rate = part(limits, "rate");
+  const std::string source = rate.mark.source ? *rate.mark.source : "";
+  const bool is_model = source.ends_with(".urdf") || source.ends_with(".xml");
+  if (!is_plain(rate) || is_model || !is_suspect(read.limits.rate)) return;
+  faults.warn(rate.mark, fmt::format("{} is {} rad/s, {:.3g} turns per second; rates are in rad/s, {} deg/s would be "
+                                     "{:.9g}",
+                                     below(below(path, "limits"), "rate"), read.limits.rate,
+                                     read.limits.rate / (2 * kPi), read.limits.rate, read.limits.rate * kDegree));
+}
+
+bool is_doubtful_quaternion(std::span<const double, 4> q) {
+  // A half turn that a program has computed has a scalar part of rounding.
+  constexpr double kRounding = 1e-12;
   // As w, x, y, z a turn by more than 150 degrees, as x, y, z, w by less than 30.
-  if (!(std::abs(q[0]) < std::cos(75 * kPi / 180) && std::abs(q[3]) > std::cos(15 * kPi / 180))) return;
+  const bool is_half_turn = std::abs(q[0]) < std::cos(75 * kPi / 180) && std::abs(q[3]) > std::cos(15 * kPi / 180);
+  return is_half_turn && (q[0] == 0 || std::abs(q[0]) > kRounding);
+}
+
+void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults) {
+  if (!is_doubtful_quaternion(q)) return;
   const double turn = 2 * std::acos(std::min(1.0, std::abs(q[0]))) * 180 / kPi;
   const double other = 2 * std::acos(std::min(1.0, std::abs(q[3]))) * 180 / kPi;
   faults.warn(mark,
@@ -245,6 +308,42 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
                           below(path, "inertia"), largest, mass, gyration, why, unit_slip(off)));
 }
 
+void doubt_inertia_point(const Node& body, const std::string& path, const BodyDescription& read,
+                         const std::vector<Vector3d>& points, const std::vector<Geometry>& shapes, FaultList& faults) {
+  // Mass may lie a little beyond joints, as motors do. The body must be slender: others have housings that are wider
+  // than their joints are apart, and shapes that show less of them.
+  constexpr double kBeyond = 1.15, kSlender = 0.25, kRounding = 1e-6;
+  const double offset = norm(read.com);
+  const bool has_shape = farthest(shapes, read.com) > 0;
+  if (!body.find("mass") || !body.find("inertia") || !(read.mass > 0) || !(offset > 0)) return;
+  if (points.empty() && !has_shape) return;
+  const Vector3d along = (1 / offset) * read.com;
+  double reach = farthest(shapes, read.com);
+  for (const Vector3d& point : points) reach = std::max(reach, std::abs(dot(along, point - read.com)));
+  const Symmetric3d S = second_moments(read.inertia);
+  const double spread = dot(along, S * along) / read.mass, across = (S.xx + S.yy + S.zz) / read.mass - spread;
+  const double moved = spread - offset * offset;  // if it is about the origin
+  if (!(spread > kBeyond * reach * reach) || !(moved >= 0) || !(moved <= reach * reach)) return;
+  if (across > kSlender * offset * offset) return;
+  const Symmetric3d about_com = about_centre_of_mass(read.inertia, read.mass, read.com);
+  if (least_principal_moment(second_moments(about_com)) < -kRounding * read.mass * spread) return;
+  const Symmetric3d& I = about_com;
+  faults.warn(part(body, "inertia").mark,
+              fmt::format("{}: with the mass {:.6g} kg and the centre of mass {:.4g} m from the frame's origin it "
+                          "spreads the mass by {:.3g} m (root mean square) along the line between them, and the body "
+                          "ends {:.3g} m from the centre of mass; is it about the origin? About the centre of mass, "
+                          "which is what counts, it would be [{:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}]",
+                          below(path, "inertia"), read.mass, offset, std::sqrt(spread), reach, I.xx, I.yy, I.zz,
+                          I.xy + 0.0, I.xz + 0.0, I.yz + 0.0));
+}
+
+void doubt_target_inertia(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults) {
+  doubt_inertia(target, path, read.mass, read.com, read.inertia, read.geometry, faults);
+  BodyDescription body;
+  body.mass = read.mass, body.com = read.com, body.inertia = read.inertia;
+  doubt_inertia_point(target, path, body, {}, read.geometry, faults);
+}
+
 void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,
                          FaultList& faults) {
   if (!read.approach_axis) return;
@@ -276,7 +375,7 @@ void doubt_grasp_points(const Node& target, const std::string& path, const Targe
 
 void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults) {
   constexpr double kSame = 1e-3;  // [m]
-  const bool releases = problem.post_impact && !problem.post_impact->releases.empty();
+  const bool releases = problem.post_impact.any([](const PostImpactSetup& phase) { return !phase.releases.empty(); });
   const auto position = [&](const GraspSetup& grasp) -> const Vector3d* {
     for (const TargetSetup& t : problem.targets) {
       if (t.name != grasp.target) continue;
@@ -316,11 +415,7 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
   for (std::size_t t = 0; t < watched.targets.size(); ++t) {
     set_root_pose(system.model, system.model.frames()[system.target_frames[t]].body, targets.start[t].X_WT, state);
   }
-  const auto is_target = [&](int body) {
-    const std::string& name = system.model.bodies()[body].description.name;
-    return std::any_of(watched.targets.begin(), watched.targets.end(),
-                       [&](const TargetSetup& t) { return target_body_name(t.name) == name; });
-  };
+  const auto is_target = [&](int body) { return belongs_to_targets(system, body); };
   const Kinematics kinematics = forward_kinematics(system.model, state);
   StartOverlaps overlaps;
   for (std::size_t p = 0; p < clearance.pairs().size(); ++p) {
@@ -334,12 +429,10 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
     overlaps.add({clearance.pairs()[p].body_a, clearance.pairs()[p].body_b, -distance});
   }
   for (const StartOverlaps::Overlap& overlap : overlaps.all()) {
-    const auto name = [&](int body) { return system.model.bodies()[body].description.name; };
-    const std::string a = name(overlap.body_a), b = name(overlap.body_b);
     // A target stands behind the robot in the model: it is the more likely suspect.
-    faults.warn(place_of_body(scenario, problem, b),
-                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes", shown_body(problem, a),
-                            shown_body(problem, b), overlap.depth));
+    faults.warn(place_of_body(scenario, system, overlap.body_b),
+                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes",
+                            shown_body(system, overlap.body_a), shown_body(system, overlap.body_b), overlap.depth));
   }
 }
 

@@ -97,10 +97,10 @@ class Finder {
       return true;
     };
     bool kept = are_within(problem.joint_position, false) && are_within(problem.joint_rate, true);
-    if (problem.post_impact && problem.post_impact->move)
-      kept = kept && are_within(problem.post_impact->move->joints, false);
-    if (problem.post_impact && problem.post_impact->keep_base_attitude)
-      kept = kept && are_within(problem.post_impact->keep_base_attitude->posture, false);
+    for (const PostImpactSetup& phase : problem.post_impact) {
+      kept = kept && (!phase.move || are_within(phase.move->joints, false)) &&
+             (!phase.keep_base_attitude || are_within(phase.keep_base_attitude->posture, false));
+    }
     if (!problem.approach) return kept;
     const ApproachSetup& approach = *problem.approach;
     kept = kept && are_within(approach.final_position, false) &&
@@ -338,6 +338,18 @@ void with_members(const T& value, Visit visit) {
   } else if constexpr (kCount == 28) {
     const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb] = value;
     visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb);
+  } else if constexpr (kCount == 29) {
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc] = value;
+    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc);
+  } else if constexpr (kCount == 30) {
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd] = value;
+    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd);
+  } else if constexpr (kCount == 31) {
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee] = value;
+    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee);
+  } else if constexpr (kCount == 32) {
+    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff] = value;
+    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff);
   } else {
     static_assert(kCount == 0, "too many members for this list");
   }

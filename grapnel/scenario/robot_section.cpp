@@ -523,6 +523,7 @@ struct Described<WheelSetup> {
       field<&T::rate>("rate", "rad/s", "Largest rate relative to the base, at which its motor keeps it; absent: none.")
           .above(0)
           .up_to(1e+09)
+          .plausible_to(kFastestRotor)
           .as("number or infinity")
           .optional(),
       field<&T::friction>("friction", "", "Of its bearing."),
@@ -551,6 +552,7 @@ struct Described<MomentGyroSetup> {
       field<&T::spin_rate>("spin_rate", "rad/s", "Of the rotor in the gimbal, which its motor keeps.")
           .above(0)
           .up_to(1e+09)
+          .plausible_to(kFastestRotor)
           .required(),
       field<&T::gimbal_inertia>("gimbal_inertia", "kg m^2",
                                 "About the gimbal's axis, of all that turns with it; more than half of inertia, which "
@@ -761,6 +763,7 @@ void finish_link(const Node& node, const std::string& path, BodyDescription& lin
   const auto type = value_named<JointType>(text_at(joint, "type"));
   if (!type) robot.types_known = false;
   if (type) check_joint_units(joint, type_of<JointKeys>(), link.joint, below(path, "joint"), faults);
+  if (type) doubt_joint_limits(joint, below(path, "joint"), link.joint, faults);
   if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   doubt_body(node, path, link, robot.setup, faults);
 }
@@ -829,6 +832,33 @@ void finish_actuators(const Node& list, const std::string& path, const std::stri
                       FaultList& faults) {
   NameTable names(kind);
   for (std::size_t i = 0; i < count && i < list.items.size(); ++i) names.add_from(list.items[i], item(path, i), faults);
+}
+
+// Where joints and end-effectors are on a body, in its frame; of a link its own joint too.
+std::vector<Vector3d> points_on(const RobotSetup& setup, std::size_t body) {
+  const std::string& name = setup.bodies[body].name;
+  std::vector<Vector3d> points;
+  if (body > 0) points.push_back(Vector3d::zero());
+  for (const BodyDescription& other : setup.bodies) {
+    if (!other.parent.empty() && other.parent == name) points.push_back(other.X_PF.p);
+  }
+  for (const EndEffectorSetup& e : setup.end_effectors) {
+    if (e.body == name) points.push_back(e.X_BE.p);
+  }
+  return points;
+}
+
+void doubt_inertia_points(const Node& node, const std::string& path, const RobotSetup& setup, FaultList& faults) {
+  const Node& links = part(node, "links");
+  for (std::size_t i = 0; i < setup.bodies.size(); ++i) {
+    const BodyDescription& body = setup.bodies[i];
+    if (i > 0 && (!links.is_sequence() || i - 1 >= links.items.size())) return;
+    // A base bears arms where they are mounted, which states nothing about its own extent.
+    const std::vector<Vector3d> points = i > 0 ? points_on(setup, i) : std::vector<Vector3d>();
+    doubt_inertia_point(i > 0 ? links.items[i - 1] : part(node, "base"),
+                        i > 0 ? item(below(path, "links"), i - 1) : below(path, "base"), body, points,
+                        shapes_of(setup, body.name), faults);
+  }
 }
 
 // The joint order is the model's; without a model the file's, for what does not depend on the order.
@@ -901,6 +931,7 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
   finish_actuators(part(node, "gyros"), below(path, "gyros"), "gyro", setup.gyros.size(), faults);
   finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
+  doubt_inertia_points(node, path, setup, faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;
 }

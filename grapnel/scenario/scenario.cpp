@@ -330,12 +330,13 @@ class Loader {
     try {
       const auto source =
           std::make_shared<const fmi::FmuControllers>(control.file, control.fmu, control.inputs, control.outputs);
-      source->check(joints, control.parameters, control.base_torque, control.timing.period);
+      for (const fmi::FmuMisfit& misfit :
+           source->misfits(joints, control.parameters, control.base_torque, control.timing.period)) {
+        const Node* place = section.find(misfit.key);
+        const Node* entry = place && !misfit.entry.empty() ? place->find(misfit.entry) : nullptr;
+        faults_.add((entry ? entry : place ? place : section.find("fmu"))->mark, misfit.text);
+      }
       control.source = source;
-    } catch (const fmi::FmuMisfit& misfit) {
-      const Node* place = section.find(misfit.key);
-      const Node* entry = place && !misfit.entry.empty() ? place->find(misfit.entry) : nullptr;
-      faults_.add((entry ? entry : place ? place : section.find("fmu"))->mark, misfit.what());
     } catch (const fmi::FmuError& error) {
       faults_.add(section.find("fmu")->mark, error.what());
     }
@@ -488,7 +489,7 @@ TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* wa
   const Meshes no_meshes;
   TargetSetup target;
   read_members(tree, targets_description().of(), {}, &target, {faults, no_meshes});
-  doubt_inertia(tree, {}, target.mass, target.com, target.inertia, target.geometry, faults);
+  doubt_target_inertia(tree, {}, target, faults);
   faults.throw_if_any();
   if (warnings) *warnings = sorted_faults(faults.warnings());
   return target;

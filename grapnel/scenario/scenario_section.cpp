@@ -75,6 +75,7 @@ struct Described<InitialKeys> {
           .optional(),
       field<&T::wheel_rate>("wheel_rates", "rad/s",
                             "Rates of the robot's wheels relative to the base, in its order; absent: at rest.")
+          .plausible_to(kFastestRotor)
           .optional(),
       field<&T::gimbal_angle>("gimbal_angles", "rad",
                               "Angles of the robot's gyros, in its order; absent: zero. Gimbals start at rest.")
@@ -122,12 +123,29 @@ struct Described<OutputKeys> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::output_interval>("interval", "s", "Between the samples of the time series.").above(0),
+      field<&T::output_links>("links", "",
+                              "Record the velocities of all links, and the angular momentum inside the base."),
       field<&T::output_as_published>("as_published", "",
                                      "Show what the thesis's formulas (3.8)-(3.13) would give beside the impact that "
                                      "keeps momentum. With law as_published it is always shown."),
   });
   static constexpr Type type = structure<T>("output", "", fields);
 };
+
+// The phases after the approach, one or a list of them.
+constexpr Field phases_key(std::string_view name, std::string_view text) {
+  Field f;
+  f.key = name, f.text = text, f.type = &phases_description;
+  f.show = [](const void* owner, ValueVisitor visitor) {
+    const std::vector<PostImpactSetup>& phases = static_cast<const CaptureProblem*>(owner)->post_impact;
+    visitor(&phases);
+  };
+  f.place = [](void* owner) -> void* {
+    std::vector<PostImpactSetup>& phases = static_cast<CaptureProblem*>(owner)->post_impact;
+    return &phases;
+  };
+  return f.one_or_list("a mapping of one phase; a list of phases").optional();
+}
 
 template <>
 struct Described<CaptureProblem> {
@@ -154,7 +172,12 @@ struct Described<CaptureProblem> {
       field<&T::approach>(&approach_description, "approach", "").optional(),
       field<&T::contact>(&contact_description, "contact", ""),
       field<&T::impact>(&impact_description, "impact", "").optional(),
-      field<&T::post_impact>(&post_impact_description, "post_impact", "").optional(),
+      phases_key("post_impact", "Motion after the impact: a phase, or phases one after the other.")
+          .when<[](const T& t) { return t.impact.has_value(); }>(),
+      phases_key("motion",
+                 "Motion of a scenario in which nothing is captured: a phase, or phases one after the other, from t = "
+                 "0 or the approach's end.")
+          .when<[](const T& t) { return !t.impact; }>(),
       field<&T::loads>(&external_wrenches_description, "external_wrenches",
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
@@ -168,13 +191,15 @@ struct Described<CaptureProblem> {
   static constexpr auto rules = std::to_array<Rule>({
       needs("impact", "grasps"),
       needs("post_impact", "impact"),
+      not_both("motion, impact"),
+      not_both("motion, post_impact"),
       needs("grasps", "targets"),
   });
-  static constexpr Type type =
-      structure<T>("scenario",
-                   "One capture: a robot, its targets, who grasps what, and the phases to simulate. SI units, radians; "
-                   "vectors in the world frame where nothing else is said.",
-                   fields, rules);
+  static constexpr Type type = structure<T>(
+      "scenario",
+      "One simulation: a robot, its targets, who grasps what, and the phases to simulate. SI units, radians; "
+      "vectors in the world frame where nothing else is said.",
+      fields, rules);
 };
 
 const Type& scenario_description() { return type_of<CaptureProblem>(); }

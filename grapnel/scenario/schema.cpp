@@ -346,6 +346,7 @@ class SchemaWriter {
     if (!field.unit.empty()) schema["x-unit"] = field.unit;
     if (field.has_any_unit) schema["x-any-unit"] = true;
     if (std::isfinite(field.largest)) schema["x-largest"] = field.largest;
+    if (std::isfinite(field.plausible)) schema["x-plausible"] = field.plausible;
     if (const auto absent = default_of(owner, field)) schema["default"] = *absent;
     if (!field.text.empty()) schema["description"] = field.text;
     return schema;

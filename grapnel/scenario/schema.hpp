@@ -18,7 +18,8 @@
 namespace grapnel {
 
 /// A self-contained draft-7 schema of files that hold the structure. Structures within it are definitions by their
-/// names. Units are "x-unit", magnitudes other than the unit's "x-largest", infinite numbers "x-infinity".
+/// names. Units are "x-unit", magnitudes other than the unit's "x-largest", the largest plausible magnitude
+/// "x-plausible", infinite numbers "x-infinity".
 nlohmann::ordered_json schema_of(const Type& type, const std::string& title);
 
 /// Self-contained draft-7 schemas, as objects.

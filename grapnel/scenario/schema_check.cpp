@@ -136,11 +136,12 @@ std::string decimal_comma_advice(const Node& list, std::size_t most) {
 
 // Where a check stands.
 struct Where {
-  std::string path;       // as in --set; empty: the whole document
-  std::string unit;       // of the numbers below
-  double largest = NAN;   // in magnitude, of the numbers below; NaN: by the unit
-  std::string condition;  // "with type: continuous" inside a conditional part
-  std::string written;    // of a number that was written with a unit: how
+  std::string path;        // as in --set; empty: the whole document
+  std::string unit;        // of the numbers below
+  double largest = NAN;    // in magnitude, of the numbers below; NaN: by the unit
+  double plausible = NAN;  // likewise, what causes no warning
+  std::string condition;   // "with type: continuous" inside a conditional part
+  std::string written;     // of a number that was written with a unit: how
 };
 
 class Checker {
@@ -152,6 +153,7 @@ class Checker {
   bool check(Node& node, const Json& schema, Where where) {
     if (schema.contains("x-unit")) where.unit = schema["x-unit"];
     if (schema.contains("x-largest")) where.largest = schema["x-largest"];
+    if (schema.contains("x-plausible")) where.plausible = schema["x-plausible"];
     if (schema.contains("type")) {
       if (is_number_type(schema["type"]) && !take_unit(node, where)) return false;
       if (!check_type(node, schema["type"], schema, where)) return false;
@@ -281,7 +283,10 @@ class Checker {
     if (within) {
       if (node.unit != 0) return;  // who writes a unit has thought of it
       if (where.unit == "rad") doubt_angle(value, node.mark, name_of(where), faults_);
-      if (where.unit == "rad/s") doubt_angular_rate(value, node.mark, name_of(where), faults_);
+      if (where.unit == "rad/s" && std::isnan(where.plausible))
+        doubt_angular_rate(value, node.mark, name_of(where), faults_);
+      if (where.unit == "rad/s" && std::abs(value) > where.plausible)
+        doubt_rotor_rate(value, node.mark, name_of(where), faults_);
       return;
     }
     if (!std::isnan(above) && !std::isnan(to)) return fault(fmt::format("greater than {} and at most {}", above, to));

@@ -53,6 +53,9 @@ constexpr Field description_key() {
 
 inline constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double
 inline constexpr std::string_view kSeedText = "Of the random numbers; the same seed gives the same results.";
+/// Rates of wheels and rotors above this are implausible [rad/s]: 60,000 turns per minute.
+inline constexpr double kFastestRotor = 6300;
+
 inline constexpr std::string_view kComText = "Centre of mass in the body's frame.";
 inline constexpr std::string_view kInertiaText =
     "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of x y "
@@ -97,7 +100,7 @@ const Type& grasps_description();
 const Type& approach_description();
 const Type& contact_description();
 const Type& impact_description();
-const Type& post_impact_description();
+const Type& phases_description();  ///< of CaptureProblem::post_impact, as a list
 const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();

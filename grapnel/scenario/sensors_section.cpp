@@ -72,9 +72,9 @@ template <>
 struct Described<WheelSensors> {
   using T = WheelSensors;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::noise>("noise", "rad/s", kNoise).at_least(0),
-      field<&T::bias>("bias", "rad/s", "Of all wheels."),
-      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0),
+      field<&T::noise>("noise", "rad/s", kNoise).at_least(0).plausible_to(kFastestRotor),
+      field<&T::bias>("bias", "rad/s", "Of all wheels.").plausible_to(kFastestRotor),
+      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0).plausible_to(kFastestRotor),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
   });
   static constexpr Type type = structure<T>("wheel_sensors", "Tachometers of all reaction wheels.", fields);
@@ -231,11 +231,6 @@ void finish_sensors(Reading& reading) {
   };
   look_up("force_torque", "end_effector", reading.robot.end_effectors);
   look_up("relative_pose", "target", reading.targets);
-  const Node& post = part(reading.root, "post_impact");
-  for (const char* key : {"assumed", "identify"}) {
-    const Node& name = part(part(post, key), "target");
-    reading.targets.expect(name.text, name.mark, below("post_impact", key), reading.faults);
-  }
 }
 
 }  // namespace grapnel

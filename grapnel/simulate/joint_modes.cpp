@@ -13,8 +13,14 @@ constexpr double kAtRest = 1e-11;
 constexpr double kRateSlack = 1e-13, kPlaceSlack = 1e-14;
 // Nearer than this a joint is at its stop [rad or m].
 constexpr double kAtStop = 4e-12;
-// Of holding efforts, relative to those at hand, and [N m or N].
-constexpr double kEffortSlack = 1e-11, kLeastEffortSlack = 1e-12;
+// Of holding efforts, relative to those at hand, and at stops without friction [N m or N].
+constexpr double kEffortSlack = 1e-11, kLeastStopSlack = 1e-12;
+// Of accelerations that are compared with each other: rounding.
+constexpr double kAccelerationRounding = 1e-13;
+// Shares of the holding slack up to which a joint at its limit does not slip yet, if it is not needed.
+constexpr double kLimitShare = 0.25;
+// Where motors answer to the choice of modes.
+constexpr int kMostRounds = 20;
 // Impulses that pull by less, relative to the largest, are rounding.
 constexpr double kPulls = 1e-12;
 constexpr std::size_t kKept = 100;  // impacts
@@ -29,6 +35,16 @@ JointModes::End end_at(const JointModes::Joint& joint, double q) {
   return JointModes::End::none;
 }
 
+struct HoldingRange {
+  double lower, upper;
+};
+// What friction up to `breakaway` and a stop give together.
+HoldingRange holding_range(const JointModes::Joint& joint, double breakaway) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  return {joint.end == JointModes::End::upper ? -kNone : -breakaway,
+          joint.end == JointModes::End::lower ? kNone : breakaway};
+}
+
 double into_stop(const JointModes::Joint& joint, double rate) { return rate * static_cast<double>(joint.end); }
 
 }  // namespace
@@ -39,7 +55,8 @@ JointModes::JointModes(const Model& model, std::span<const std::uint8_t> prescri
     const Body& body = model.bodies()[model.joints()[j]];
     const JointDescription& d = body.description.joint;
     at_.push_back(-1);
-    const bool sticks = d.friction.model == JointFriction::Model::sticking;
+    // Friction that holds nothing has no modes.
+    const bool sticks = d.friction.model == JointFriction::Model::sticking && d.friction.breakaway() > 0;
     if (prescribed[body.v] || !(sticks || d.limits.stop)) continue;
     at_.back() = static_cast<int>(joints_.size());
     Joint joint{j, body.q, body.v, sticks, 0, 0, 0, -kNone, kNone, 0, 0};
@@ -61,7 +78,8 @@ void JointModes::begin(std::span<const double> q, std::span<const double> v) {
   for (Joint& j : joints_) {
     j.lower = std::min(j.lower, q[j.q]), j.upper = std::max(j.upper, q[j.q]);
     j.sticks_count = j.breakaways = j.stop_impacts = 0;
-    j.stop_energy_lost = 0;
+    j.stop_energy_lost = j.largest_share = 0;
+    j.undetermined = false;
   }
   stop_impacts_.clear();
   stop_impact_count_ = 0;
@@ -76,61 +94,147 @@ void JointModes::take_modes(std::span<const double> q, std::span<const double> v
     const bool rests = std::abs(rate) <= kAtRest && (j.sticks || j.end != End::none);
     j.mode = rests ? Mode::held : Mode::moving;
     j.sense = sense_of(rate);
-    j.stays = false;
   }
 }
 
-// How far a holding effort is outside what friction and stop can give; negative inside [N m or N].
-double JointModes::excess(const Joint& j, double h) const {
-  double beyond = -std::numeric_limits<double>::infinity();
-  if (j.end != End::upper) beyond = std::max(beyond, -j.breakaway - h);
-  if (j.end != End::lower) beyond = std::max(beyond, h - j.breakaway);
-  return beyond;
-}
-
-void JointModes::choose(std::span<const double> q, std::span<const double> v,
-                        const std::function<Response()>& respond) {
+void JointModes::choose(std::span<const double> q, std::span<const double> v, const Dynamics& dynamics) {
   std::vector<Mode> before;
   for (const Joint& j : joints_) before.push_back(j.mode);
   take_modes(q, v);
-  // Joints whose modes do not fit what follows from them: of those at rest.
-  std::vector<std::uint8_t> rests, freed(joints_.size(), 0);
-  for (const Joint& j : joints_) rests.push_back(j.mode == Mode::held);
-  const std::size_t most_by_size = 2 * joints_.size(), most = 10 * joints_.size();
-  for (std::size_t changes = 0; std::find(rests.begin(), rests.end(), 1) != rests.end(); ++changes) {
-    const Response response = respond();
-    Joint* misfit = nullptr;
-    double worst = 0;
-    for (std::size_t i = 0; i < joints_.size(); ++i) {
-      Joint& j = joints_[i];
-      if (!rests[i] || j.stays) continue;
-      double misfits = 0;  // more than zero: it does; one that is to be freed comes before one that does not go
-      if (j.mode == Mode::held) {
-        const double h = response.holding[j.joint];
-        j.slack = kEffortSlack * (j.breakaway + std::abs(h)) + kLeastEffortSlack;
-        const double beyond = excess(j, h) / j.slack;
-        if (beyond > (freed[i] ? 1.0 : kFreed)) misfits = 1 + beyond;
-      } else if (!(response.acceleration[j.v] * j.sense > 0)) {
-        misfits = 1;
-      }
-      if (misfits > worst) worst = misfits, misfit = &j;
-      if (misfit && changes >= most_by_size) break;  // the first one
-    }
-    if (!misfit) break;
-    if (misfit->mode == Mode::moving) {
-      misfit->mode = Mode::held;
-      misfit->stays = changes >= most;
-    } else {
-      misfit->mode = Mode::moving;
-      misfit->sense = -sense_of(response.holding[misfit->joint]);
-      freed[static_cast<std::size_t>(misfit - joints_.data())] = 1;
-    }
-  }
+  settle(dynamics);
   for (std::size_t i = 0; i < joints_.size() && chosen_; ++i) {
     if (before[i] == Mode::moving && joints_[i].mode == Mode::held) ++joints_[i].sticks_count;
     if (before[i] == Mode::held && joints_[i].mode == Mode::moving) ++joints_[i].breakaways;
   }
   chosen_ = true;
+}
+
+// Of joints at rest, all held to begin with.
+void JointModes::settle(const Dynamics& dynamics) {
+  std::vector<Joint*> resting;
+  std::vector<int> velocities;
+  for (Joint& j : joints_) {
+    if (j.mode == Mode::held) resting.push_back(&j), velocities.push_back(j.v);
+  }
+  if (resting.empty()) return;
+  Response response = dynamics.respond();
+  take_slacks(response);
+  if (response.possible && held_excess(response.holding, response.open) <= kFreed) return;
+  const Mobility mobility = dynamics.mobility(velocities);
+  Eigen::VectorXd released;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Eigen::VectorXd now = dynamics.released(velocities);
+    // Laws that know what is held may give other efforts; else one round is all it takes.
+    const bool same = round > 0 && (now - released).norm() <= kAccelerationRounding * now.norm();
+    released = now;
+    if (!same) slip(resting, mobility, released, response, kLimitShare);
+    response = dynamics.respond();
+    if (same) break;
+  }
+  take_slacks(response);
+  if (fits(response, resting)) return;
+  slip(resting, mobility, released, response, 0);
+  response = dynamics.respond();
+  take_slacks(response);
+  if (fits(response, resting)) return;
+  // No choice fits to rounding: what is held stays so until its limits are exceeded by twice as much.
+  const double excess = held_excess(response.holding, response.open);
+  for (Joint* j : resting) j->slack *= excess > 1 - kLimitShare ? 2 * excess : 1;
+}
+
+// Units and slacks of held joints. A stop holds whatever it takes.
+void JointModes::take_slacks(const Response& response) {
+  for (Joint& j : joints_) {
+    if (j.mode != Mode::held) continue;
+    const double h = response.possible ? std::abs(response.holding[j.joint]) : 0;
+    j.unit = j.breakaway + (j.end != End::none ? h : 0);
+    j.slack = kEffortSlack * j.unit + (response.possible ? response.rounding[j.joint] : 0);
+    if (j.breakaway == 0) j.slack += kLeastStopSlack, j.unit += kLeastStopSlack / kEffortSlack;
+  }
+}
+
+EffortFamily JointModes::held_family(std::span<const double> holding, const OpenEfforts& open) const {
+  std::vector<const Joint*> held;
+  for (const Joint& j : joints_) {
+    if (j.mode == Mode::held) held.push_back(&j);
+  }
+  const auto count = static_cast<Eigen::Index>(held.size());
+  EffortFamily family;
+  family.x0 = family.lower = family.upper = family.weight = Eigen::VectorXd(count);
+  Eigen::MatrixXd directions(count, open.effort.cols()), terms(directions);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Joint& j = *held[static_cast<std::size_t>(i)];
+    const HoldingRange range = holding_range(j, j.breakaway);
+    family.x0[i] = holding[j.joint] / j.unit;
+    family.lower[i] = range.lower / j.unit, family.upper[i] = range.upper / j.unit;
+    family.weight[i] = j.slack / (kEffortSlack * j.unit);
+    if (directions.cols() == 0) continue;
+    directions.row(i) = open.effort.row(j.v) / j.unit, terms.row(i) = open.terms.row(j.v) / j.unit;
+  }
+  family.N = basis_of(directions, terms);
+  return family;
+}
+
+// How far the holding efforts are outside what friction and stops give, in slacks; negative inside.
+double JointModes::held_excess(std::span<const double> holding, const OpenEfforts& open) const {
+  const EffortFamily family = held_family(holding, open);
+  if (family.x0.size() == 0) return -1 / kEffortSlack;
+  if (family.N.cols() > 0) {
+    // Far from the limits the least norm serves, and costs less.
+    constexpr double kFar = -1e-3;
+    EffortFamily one = family;
+    one.x0 -= family.N * (family.N.transpose() * family.x0);
+    one.N.resize(one.x0.size(), 0);
+    if (const double excess = least_excess(one).excess; excess < kFar) return excess / kEffortSlack;
+  }
+  return least_excess(family).excess / kEffortSlack;
+}
+
+// The program (19.17), in units in which each joint alone has the mobility 1, until (19.18) frees no more.
+void JointModes::slip(const std::vector<Joint*>& resting, const Mobility& mobility, const Eigen::VectorXd& released,
+                      const Response& response, double slack_share) {
+  const auto count = static_cast<Eigen::Index>(resting.size());
+  const Eigen::VectorXd root = mobility.without_loops.cwiseSqrt();
+  BoxProgram program;
+  program.A = root.cwiseInverse().asDiagonal() * mobility.with_loops * root.cwiseInverse().asDiagonal();
+  program.b = released.cwiseQuotient(root);
+  program.lower = program.upper = program.tolerance = Eigen::VectorXd(count);
+  Eigen::VectorXd slack(count);
+  for (Eigen::Index i = 0; i < count; ++i) slack[i] = resting[static_cast<std::size_t>(i)]->slack * root[i];
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double rounding = response.rounding[resting[static_cast<std::size_t>(i)]->joint];
+    program.tolerance[i] =
+        (std::isfinite(rounding) ? rounding : 0) * root[i] + kAccelerationRounding * program.b.cwiseAbs().maxCoeff();
+    resting[static_cast<std::size_t>(i)]->rate_noise = program.tolerance[i] * root[i];
+    program.tolerance[i] += slack_share * program.A.row(i).cwiseAbs().dot(slack);
+  }
+  std::vector<bool> broken(resting.size(), false);
+  for (bool again = true; again;) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Joint& j = *resting[static_cast<std::size_t>(i)];
+      const HoldingRange range = holding_range(j, broken[static_cast<std::size_t>(i)] ? j.coulomb : j.breakaway);
+      program.lower[i] = range.lower * root[i], program.upper[i] = range.upper * root[i];
+    }
+    const BoxSolution solution = minimize_in_box(program);
+    again = false;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      Joint& j = *resting[static_cast<std::size_t>(i)];
+      const bool slips = -solution.bound[static_cast<std::size_t>(i)] * solution.gradient[i] > program.tolerance[i];
+      j.mode = slips ? Mode::moving : Mode::held;
+      j.sense = sense_of(solution.gradient[i]);
+      if (!slips || broken[static_cast<std::size_t>(i)]) continue;
+      broken[static_cast<std::size_t>(i)] = true;
+      again = again || j.coulomb < j.breakaway;
+    }
+  }
+}
+
+// Whether joints that slip do so against their friction, and those that are held can be.
+bool JointModes::fits(const Response& response, const std::vector<Joint*>& resting) const {
+  for (const Joint* j : resting) {
+    if (j->mode == Mode::moving && !(response.acceleration[j->v] * j->sense > -j->rate_noise)) return false;
+  }
+  return response.possible && held_excess(response.holding, response.open) <= 1 - kLimitShare;
 }
 
 double JointModes::moving_margin(std::span<const double> q, std::span<const double> v) const {
@@ -145,13 +249,36 @@ double JointModes::moving_margin(std::span<const double> q, std::span<const doub
   return least;
 }
 
-double JointModes::holding_margin(std::span<const double> holding) const {
-  double least = 1;
-  for (const Joint& j : joints_) {
-    if (j.mode != Mode::held || j.stays) continue;
-    least = std::min(least, 1 - excess(j, holding[j.joint]) / j.slack);
+double JointModes::holding_margin(std::span<const double> holding, const OpenEfforts& open) const {
+  return std::min(1.0, 1 - held_excess(holding, open));
+}
+
+std::vector<int> JointModes::share_out(const OpenEfforts& open, std::span<double> holding) {
+  std::vector<int> changed;
+  if (open.effort.cols() == 0) return changed;
+  const EffortFamily family = held_family(holding, open);
+  if (family.N.cols() == 0) return changed;
+  const LeastExcess least = least_excess(family);
+  const Eigen::VectorXd x = least.excess < 0 ? least_norm_within(family, least.x) : least.x;
+  Eigen::Index i = 0;
+  for (Joint& j : joints_) {
+    if (j.mode != Mode::held) continue;
+    const bool is_open = family.N.row(i).cwiseAbs().maxCoeff() > 0;
+    if (is_open) holding[j.joint] = j.unit * x[i], changed.push_back(j.v);
+    j.undetermined = j.undetermined || is_open;
+    ++i;
   }
-  return least;
+  return changed;
+}
+
+void JointModes::note_holding(std::span<const double> holding) {
+  for (Joint& j : joints_) {
+    if (j.mode != Mode::held || j.breakaway == 0) continue;
+    const HoldingRange range = holding_range(j, 0);
+    double beyond = std::max(range.lower - holding[j.joint], holding[j.joint] - range.upper);
+    if (beyond > j.breakaway && beyond <= j.breakaway + j.slack) beyond = j.breakaway;  // rounding
+    if (!(beyond / j.breakaway <= j.largest_share)) j.largest_share = beyond / j.breakaway;
+  }
 }
 
 std::vector<JointModes::RateChange> JointModes::overshoots(std::span<const double> v) const {

@@ -4,6 +4,7 @@
 /// Joints that stick, and joints that meet stops: the modes in which their motion is smooth, how they are chosen where
 /// one ends, and the impacts at stops. docs/theory.md, section 19. Thread safety: one thread at a time.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "grapnel/model/model.hpp"
+#include "grapnel/simulate/friction_program.hpp"
 
 namespace grapnel {
 
@@ -32,13 +34,16 @@ class JointModes {
     double lower, upper;                 // where stops are; infinite: none
     double restitution, rest_rate;
     Mode mode = Mode::moving;
-    double sense = 0;     // of its motion, +1 or -1, against which Coulomb's friction acts
-    End end = End::none;  // at which stop it is
-    double slack = 0;     // of the holding effort [N m or N]
-    bool stays = false;   // held until modes are chosen again, whatever the margin
+    double sense = 0;       // of its motion, +1 or -1, against which Coulomb's friction acts
+    End end = End::none;    // at which stop it is
+    double unit = 1;        // of its holding effort, where the efforts of several joints are compared [N m or N]
+    double slack = 0;       // of the holding effort [N m or N]
+    double rate_noise = 0;  // rounding error of its acceleration where it slips [rad/s^2 or m/s^2]
     // Since begin():
     int sticks_count = 0, breakaways = 0, stop_impacts = 0;
     double stop_energy_lost = 0;  // [J]
+    double largest_share = 0;     // of its breakaway effort that friction has given while it was held
+    bool undetermined = false;    // closed loops have left that friction open
   };
 
   /// An impact at a stop. `joint` as Joint::joint.
@@ -73,21 +78,45 @@ class JointModes {
     return -(joint.viscous * rate + joint.coulomb * joint.sense);
   }
 
-  /// What a choice of modes means: accelerations per velocity, and per joint of the model the effort that holds it, of
-  /// friction and stop together, where it is held.
-  struct Response {
-    std::span<const double> acceleration, holding;
+  /// Efforts that closed loops leave open between held joints: per velocity, one column for each self-stress, and the
+  /// sum of the sizes of its terms. No columns: none.
+  struct OpenEfforts {
+    Eigen::MatrixXd effort, terms;
   };
-  /// Chooses the modes for the motion that goes on from a state. Joints at rest are held for now; of those that cannot
-  /// be held the one that exceeds its limits most is freed, in the sense in which it is pulled, until all that are held
-  /// can be. One that was freed and would not go that way is held again, and may be freed again; after ten changes per
-  /// joint it stays until modes are chosen again. `respond` works out what the present modes lead to.
-  void choose(std::span<const double> q, std::span<const double> v, const std::function<Response()>& respond);
+  /// What a choice of modes means: accelerations per velocity; per joint of the model the effort that holds it, of
+  /// friction and stop together, where it is held, and the rounding error of that effort.
+  struct Response {
+    std::span<const double> acceleration, holding, rounding;
+    OpenEfforts open = {};
+    bool possible = true;  // the held joints do not contradict the closed loops
+  };
+  /// How joints at rest answer to unit efforts at their axes, all of them free.
+  struct Mobility {
+    Eigen::MatrixXd with_loops;     // accelerations [1/(kg m^2) or 1/kg]; singular where loops leave less freedom
+    Eigen::VectorXd without_loops;  // of each under its own effort, loops open
+  };
+  /// The dynamics as choose() sees them.
+  struct Dynamics {
+    std::function<Response()> respond;  // with the present modes
+    std::function<Mobility(std::span<const int> velocities)> mobility;
+    /// Accelerations of these without friction and stops, under the efforts of motors of the last response.
+    std::function<Eigen::VectorXd(std::span<const int> velocities)> released;
+  };
+  /// Chooses the modes for the motion that goes on from a state: all joints at rest are held where that takes no
+  /// friction above breakaway; else those slip that the convex program (19.15) has slip, with (19.18) for breakaway
+  /// efforts above Coulomb's.
+  void choose(std::span<const double> q, std::span<const double> v, const Dynamics& dynamics);
 
   /// Positive while the modes of joints that move may stay.
   double moving_margin(std::span<const double> q, std::span<const double> v) const;
-  /// The same of those that are held; `holding` per joint of the model.
-  double holding_margin(std::span<const double> holding) const;
+  /// The same of those that are held; `holding` per joint of the model. Of several sets of holding efforts the one that
+  /// exceeds the limits least counts.
+  double holding_margin(std::span<const double> holding, const OpenEfforts& open) const;
+  /// Replaces the efforts in `holding` that loops leave open by the admissible set of least norm in shares of
+  /// breakaway. Returns the velocities of joints whose efforts were open.
+  std::vector<int> share_out(const OpenEfforts& open, std::span<double> holding);
+  /// Takes note of what friction gives at held joints.
+  void note_holding(std::span<const double> holding);
 
   /// A change of rate that stops give: a velocity's place in State::v, and the change [rad/s or m/s].
   struct RateChange {
@@ -113,8 +142,14 @@ class JointModes {
   double last_energy_lost() const { return last_energy_lost_; }
 
  private:
-  double excess(const Joint& joint, double holding) const;
   void take_modes(std::span<const double> q, std::span<const double> v);
+  void settle(const Dynamics& dynamics);
+  void take_slacks(const Response& response);
+  EffortFamily held_family(std::span<const double> holding, const OpenEfforts& open) const;
+  double held_excess(std::span<const double> holding, const OpenEfforts& open) const;
+  void slip(const std::vector<Joint*>& resting, const Mobility& mobility, const Eigen::VectorXd& released,
+            const Response& response, double slack_share);
+  bool fits(const Response& response, const std::vector<Joint*>& resting) const;
 
   std::vector<Joint> joints_;
   std::vector<int> at_;  // per joint of the model: place in joints_, or -1

@@ -144,9 +144,11 @@ Vector3d GyroArray::torque_of(std::span<const double> v, const Vector3d& w_B) co
   return torque;
 }
 
-Vector3d momentum_of(const MomentGyro& gyro, double angle) {
+Vector3d momentum_of(const MomentGyro& gyro, double angle) { return momentum_of(gyro, angle, gyro.spin_rate); }
+
+Vector3d momentum_of(const MomentGyro& gyro, double angle, double rotor_rate) {
   const Vector3d across = cross(gyro.gimbal_axis, gyro.spin_axis);
-  return gyro.momentum() * (std::cos(angle) * gyro.spin_axis + std::sin(angle) * across);
+  return gyro.inertia * rotor_rate * (std::cos(angle) * gyro.spin_axis + std::sin(angle) * across);
 }
 
 double singularity_measure(std::span<const MomentGyro> gyros, std::span<const double> angles) {

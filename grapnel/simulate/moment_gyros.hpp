@@ -104,8 +104,10 @@ class GyroArray {
   Vector3d lacking_ = Vector3d::zero();
 };
 
-/// Momentum of a gyro's rotor in its gimbal at an angle, in the carrying body's axes [N m s].
+/// Momentum of a gyro's rotor in its gimbal at an angle, in the carrying body's axes [N m s]: at its spin rate, which
+/// the law assumes, and at another rate of the rotor relative to its gimbal [rad/s].
 Vector3d momentum_of(const MomentGyro& gyro, double angle);
+Vector3d momentum_of(const MomentGyro& gyro, double angle, double rotor_rate);
 /// m of an array at gimbal angles (per gyro).
 double singularity_measure(std::span<const MomentGyro> gyros, std::span<const double> angles);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "grapnel/constraint/loop_limits.hpp"
@@ -177,12 +178,14 @@ void PhaseDynamics::check_control() {
                            setup_.law_model->bodies().size() != model_.bodies().size()))
     throw std::invalid_argument("PhaseDynamics: the laws' model has another structure");
   if (!setup_.clock) return;
-  if (setup_.channels.empty()) {
-    for (std::size_t j = 0; j < channel_of_.size(); ++j) setup_.channels.push_back(static_cast<int>(j));
+  if (!setup_.channels) {
+    setup_.channels.emplace(channel_of_.size());
+    std::iota(setup_.channels->begin(), setup_.channels->end(), 0);
   }
-  if (setup_.channels.size() != setup_.clock->channels())
+  const std::vector<int>& channels = *setup_.channels;
+  if (channels.size() != setup_.clock->channels())
     throw std::invalid_argument("PhaseDynamics: the clock has another number of channels");
-  for (std::size_t c = 0; c < setup_.channels.size(); ++c) channel_of_.at(setup_.channels[c]) = static_cast<int>(c);
+  for (std::size_t c = 0; c < channels.size(); ++c) channel_of_.at(channels[c]) = static_cast<int>(c);
 }
 
 // Wheels hang on the root that they turn, by joints that nothing else drives.
@@ -470,6 +473,7 @@ void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
   if (setup_.sensors->needs_forces()) {
     sampling_ = false;
     accelerate(t);
+    settle_friction();
     sampling_ = true;
   }
   State seen = now_;
@@ -492,10 +496,11 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), base_.wheel_rates(now_.v),
+  const std::vector<int>& channels = *setup_.channels;
+  ControlClock::Command said{std::vector<double>(channels.size()), base_.asked(), base_.wheel_rates(now_.v),
                              commanded_actuators_};
-  for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
-    const auto j = static_cast<std::size_t>(setup_.channels[c]);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto j = static_cast<std::size_t>(channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
   }
   setup_.clock->command(std::move(said), t, same_time_);
@@ -592,6 +597,7 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
 
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
+  open_stresses_.reset();
   if (has_controller_ && laws_speak()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
@@ -651,7 +657,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   double least = modes_.moving_margin(now_.q, now_.v);
   if (modes_.any_held()) {
     accelerations_in(t, y);
-    least = std::min(least, modes_.holding_margin(friction_));
+    least = std::min(least, modes_.holding_margin(friction_, open_efforts()));
     load(t, y);
   }
   if (!base_.switches()) return least;
@@ -662,29 +668,6 @@ void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!modes_.empty()) choose_joint_modes(t, y);
   if (!base_.switches()) return;
   base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
-}
-
-void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
-  const auto respond = [&]() -> JointModes::Response {
-    hold_joints();
-    load(t, y);
-    if (projects()) close_loops(t);
-    accelerate(t);
-    return {vdot_, friction_};
-  };
-  modes_.choose(y.first(model_.coordinates()), y.subspan(model_.coordinates(), model_.velocities()), respond);
-  hold_joints();
-}
-
-// Held joints are at rest as prescribed.
-void PhaseDynamics::hold_joints() {
-  for (const JointModes::Joint& joint : modes_.joints()) {
-    const bool held = joint.mode == JointModes::Mode::held;
-    const bool computed = output_of(setup_.drives[joint.joint].control) == ControlOutput::acceleration;
-    prescribed_[joint.v] = held;
-    commanded_[joint.v] = held || computed;
-    if (held) acceleration_[joint.v] = 0;
-  }
 }
 
 void PhaseDynamics::meet_stops(double t, std::span<double> y) {
@@ -936,6 +919,7 @@ void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<doubl
   load(t, y);
   if (projects()) close_loops(t);
   accelerate(t);
+  settle_friction();
   std::copy(motor_.begin(), motor_.end(), motor.begin());
   std::copy(friction_.begin(), friction_.end(), friction.begin());
 }

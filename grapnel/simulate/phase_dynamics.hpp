@@ -64,7 +64,9 @@ struct PhaseSetup {
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
-  std::vector<int> channels = {};  // of the clock: positions in Model::joints(); empty: all, in their order
+  /// Of the clock: positions in Model::joints(), none of a robot without driven joints; absent: all joints, in their
+  /// order.
+  std::optional<std::vector<int>> channels = {};
   /// Reads at the clock's ticks what laws and controller see; null: they see the truth. It has a state, as the clock.
   std::shared_ptr<SensorReader> sensors = {};
   /// What laws that know the model, and the controller, take it for: of the same structure, with other inertia; null:
@@ -175,13 +177,17 @@ class PhaseDynamics {
   ClosureDefect loop_defect(double t, std::span<const double> y);
   /// The solver of the loops, as of the last evaluation; null without closures.
   const LoopSolver* loops() const { return solver_ ? &*solver_ : nullptr; }
+  /// Multipliers of the loops that change no motion, a basis, as of the last evaluation; those that stuck joints take
+  /// count, though efforts() has chosen one of them.
+  Eigen::MatrixXd open_stresses() const { return open_stresses_ ? *open_stresses_ : solver_->self_stresses(); }
   /// Why dy/dt was last not finite, if closures could not be kept; empty otherwise.
   std::string trouble() const;
   /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the
   /// integrated velocities in y have. Zero where they are not recovered.
   MomentumDefect momentum_mended(std::span<const double> y);
   PhaseIntegrals integrals(std::span<const double> y) const;
-  /// Motor effort of every joint (per Model::joints()) at this instant, the friction beside it.
+  /// Motor effort of every joint (per Model::joints()) at this instant, the friction beside it. Where closed loops
+  /// leave the friction of stuck joints open it is the admissible one of least norm, and multipliers belong to it.
   void efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction);
   /// Of the last evaluation (efforts() or dy/dt): its state, its accelerations, and what acted on bodies from outside
   /// beside gravity.
@@ -221,6 +227,11 @@ class PhaseDynamics {
   const ActuatorCommands& commands() const;
   void hold_joints();
   void choose_joint_modes(double t, std::span<const double> y);
+  JointModes::OpenEfforts open_efforts() const;
+  JointModes::Response held_response();
+  JointModes::Mobility mobility_of(std::span<const int> velocities);
+  Eigen::VectorXd accelerations_released(std::span<const int> velocities);
+  void settle_friction();
   JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
   void book_impulses(std::span<double> y);
   double friction_of(std::size_t joint) const;
@@ -272,12 +283,14 @@ class PhaseDynamics {
   std::vector<double> known_acceleration_;  // scratch of arms_ahead()
   std::vector<std::uint8_t> is_idle_;
   JointModes modes_;
-  std::vector<std::size_t> measured_;          // joints with integrals of their own
-  std::vector<double> told_;                   // per joint: its motor's effort without ripple
-  std::vector<double> at_rest_;                // zero velocities
-  double momenta_time_ = 0;                    // when the momenta were taken
-  std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
-  std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
+  std::vector<std::size_t> measured_;             // joints with integrals of their own
+  std::vector<double> rounding_;                  // of holding efforts, per joint
+  std::optional<Eigen::MatrixXd> open_stresses_;  // before stuck joints were given their friction
+  std::vector<double> told_;                      // per joint: its motor's effort without ripple
+  std::vector<double> at_rest_;                   // zero velocities
+  double momenta_time_ = 0;                       // when the momenta were taken
+  std::vector<RootMomentum<double>> momenta_;     // per free root, as the phase began
+  std::vector<RootMomentum<double>> drifted_;     // scratch of momentum_mended
   bool any_computed_ = false;
   std::vector<phase_integral::TreeMotion<double>> trees_;  // as bodies now are, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body

@@ -13,25 +13,33 @@
 namespace grapnel {
 namespace {
 
-// t0, t0 + interval, ..., t1; a last regular instant within rounding of t1 is left out. There may be more than memory
-// holds.
+// t0, the instants of the grid between, and t1; instants within rounding of t0 or t1 are left out. There may be more
+// than memory holds.
 class OutputTimes {
  public:
   OutputTimes() = default;
-  OutputTimes(double t0, double t1, double interval) : t0_(t0), t1_(t1), step_(t1 < t0 ? -interval : interval) {
+  OutputTimes(double t0, double t1, const OutputGrid& grid)
+      : t0_(t0), t1_(t1), origin_(grid.origin.value_or(t0)), step_(t1 < t0 ? -grid.interval : grid.interval) {
     constexpr double kMost = 1e15;  // beyond, multiples are no longer told apart
-    if (interval > 0) regular_ = static_cast<std::size_t>(std::min(std::abs((t1 - t0) / interval), kMost));
-    const auto is_before_end = [&](std::size_t k) { return (t1_ - at(k)) * (step_ < 0 ? -1 : 1) > 1e-9 * interval; };
-    if (interval > 0 && is_before_end(regular_ + 1)) ++regular_;
+    if (!(grid.interval > 0) || !(std::abs((t0 - origin_) / step_) < kMost)) return;
+    const double direction = step_ < 0 ? -1 : 1, near = 1e-9 * grid.interval;
+    const auto is_after_begin = [&](double k) { return (instant(k) - t0_) * direction > near; };
+    const auto is_before_end = [&](std::size_t k) { return (t1_ - at(k)) * direction > near; };
+    first_ = std::floor((t0 - origin_) / step_);
+    while (!is_after_begin(first_)) ++first_;
+    regular_ = static_cast<std::size_t>(std::min(std::abs((t1 - t0) / step_), kMost));
+    if (is_before_end(regular_ + 1)) ++regular_;
     while (regular_ > 0 && !is_before_end(regular_)) --regular_;
   }
   std::size_t size() const { return 1 + regular_ + (t1_ != t0_ ? 1 : 0); }
-  double operator[](std::size_t k) const { return k <= regular_ ? at(k) : t1_; }
+  double operator[](std::size_t k) const { return k == 0 ? t0_ : k <= regular_ ? at(k) : t1_; }
 
  private:
-  double at(std::size_t k) const { return t0_ + static_cast<double>(k) * step_; }
-  double t0_ = 0, t1_ = 0, step_ = 0;
-  std::size_t regular_ = 0;  // instants after t0, without the end
+  double instant(double k) const { return origin_ + k * step_; }
+  double at(std::size_t k) const { return instant(first_ + static_cast<double>(k) - 1); }
+  double t0_ = 0, t1_ = 0, origin_ = 0, step_ = 0;
+  double first_ = 1;         // number of the first instant of the grid after t0
+  std::size_t regular_ = 0;  // instants of the grid between t0 and t1
 };
 
 // One phase with one stepper.
@@ -55,10 +63,10 @@ class PhaseRun {
         motor_(dynamics.model().joints().size()),
         friction_(motor_.size()) {}
 
-  PhaseOutcome run(const State& start, double t0, double t1, double interval) {
+  PhaseOutcome run(const State& start, double t0, double t1, const OutputGrid& grid) {
     direction_ = t1 < t0 ? -1 : 1;
     const double begin = resumed_ ? resumed_->begin : t0;
-    outputs_ = OutputTimes(begin, t1, interval);
+    outputs_ = OutputTimes(begin, t1, grid);
     next_look_ = begin, between_looks_ = (t1 - begin) / std::max(watch_.looks, 1);
     if (resumed_) {
       while (next_ < outputs_.size() && (t0 - outputs_[next_]) * direction_ >= 0) ++next_;
@@ -239,7 +247,12 @@ class PhaseRun {
       if (t != stepper_.time()) stepper_.interpolate(dynamics_, t, std::span<double>(probed_));
       return sample(t, probed_);
     };
-    watch_.probe({stepper_.previous_time(), end, fresh_, at});
+    const std::function<const State&(double)> state_at = [&](double t) -> const State& {
+      probed_.assign(stepper_.state().begin(), stepper_.state().end());
+      if (t != stepper_.time()) stepper_.interpolate(dynamics_, t, std::span<double>(probed_));
+      return dynamics_.state(t, probed_);
+    };
+    watch_.probe({stepper_.previous_time(), end, fresh_, at, state_at});
     fresh_ = false;
   }
 
@@ -320,7 +333,7 @@ class PhaseRun {
   std::optional<double> stop_time_;
 };
 
-PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
+PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, const OutputGrid& outputs,
                        const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
                        const StepWatch& watch, const StopCondition& stop,
                        const std::optional<PhaseResumption>& resumed) {
@@ -329,33 +342,33 @@ PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, d
   tolerances.atol = integration.absolute_tolerance;
   if (integration.method == IntegrationSetup::Method::rk4) {
     RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
-    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, interval);
+    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, outputs);
   }
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   control.predictive = integration.predictive;
   DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
-  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, interval);
+  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop, resumed).run(start, t0, t1, outputs);
 }
 
 }  // namespace
 
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
-                            const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
-                            const StopCondition& stop, const StepProbe& probe,
-                            const std::function<void(double t)>& each_step,
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
+                            const OutputGrid& outputs, const IntegrationSetup& integration,
+                            const std::function<void(const PhaseSample&)>& observe, const StopCondition& stop,
+                            const StepProbe& probe, const std::function<void(double t)>& each_step,
                             const std::optional<PhaseResumption>& resumed) {
   StepWatch watch;
   watch.probe = probe;
   watch.each_step = each_step;
-  return run_phase(dynamics, start, t0, t1, interval, integration, observe, watch, stop, resumed);
+  return run_phase(dynamics, start, t0, t1, outputs, integration, observe, watch, stop, resumed);
 }
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
                             const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop,
                             const std::optional<PhaseResumption>& resumed) {
-  return run_phase(dynamics, start, t0, t1, 0, integration, {}, watch, stop, resumed);
+  return run_phase(dynamics, start, t0, t1, 0.0, integration, {}, watch, stop, resumed);
 }
 
 }  // namespace grapnel

@@ -28,6 +28,8 @@ struct PhaseStep {
   bool fresh;         // efforts and accelerations may have jumped at `begin`: they go on from no step before
   /// The system at a time from `begin` to `end`, as in an output instant. Valid until the next call.
   const std::function<PhaseSample(double t)>& at;
+  /// Only its state, without accelerations and efforts. Valid until the next call of either function.
+  const std::function<const State&(double t)>& state_at;
 };
 /// Looks into every step, after it.
 using StepProbe = std::function<void(const PhaseStep&)>;
@@ -79,8 +81,17 @@ struct PhaseResumption {
   double next_step = 0;      // that adaptive_8 tries first [s]
 };
 
-/// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every multiple of
-/// `interval` after it, and at the end (interval 0: at t0 and the end only). Steps end where trajectories and loads are
+/// Output instants of a phase beside its begin and end: origin + k interval, with whole numbers k.
+struct OutputGrid {
+  double interval = 0;                // [s]; 0: none
+  std::optional<double> origin = {};  // [s]; absent: the begin of the phase
+
+  OutputGrid(double the_interval) : interval(the_interval) {}  // NOLINT(google-explicit-constructor)
+  OutputGrid(double the_interval, double the_origin) : interval(the_interval), origin(the_origin) {}
+};
+
+/// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every instant of `outputs`
+/// after it, and at the end. Steps end where trajectories and loads are
 /// not smooth (PhaseDynamics::breaks); a sample at such a time shows what follows it, the last sample what led to it.
 ///
 /// Loops that setup.project_loops keeps closed are closed in the start, after every step and in every sample; a step
@@ -95,8 +106,8 @@ struct PhaseResumption {
 /// With `resumed` the phase does not begin at t0 but goes on there: steps and integrals are those of the whole phase up
 /// to rounding, output instants those after t0; steps and evaluations are counted from t0 on.
 /// @throws std::domain_error if `stop` becomes NaN; std::invalid_argument if `resumed` is of another phase.
-PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
-                            const IntegrationSetup& integration,
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
+                            const OutputGrid& outputs, const IntegrationSetup& integration,
                             const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
                             const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {},
                             const std::optional<PhaseResumption>& resumed = {});

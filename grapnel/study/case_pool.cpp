@@ -191,7 +191,7 @@ struct Cost {
 Cost cost_of(const CaptureResult& result, const std::string& phase) {
   Cost cost;
   for (const PhaseCost& piece : result.cost) {
-    if (!piece.phase.starts_with(phase)) continue;
+    if (piece.phase != phase && !piece.phase.starts_with(phase + "_")) continue;
     cost.steps += piece.steps;
     cost.rejected += piece.rejected;
   }
@@ -239,9 +239,39 @@ void add_bending(const CaptureProblem& problem, std::vector<std::string>& causes
     causes.push_back("what bends (fewer segments, nothing stiffer than matters; grapnel info shows the fastest mode)");
 }
 
+// Rotors turn the base at their nutation, and loops of gimbals and rotors settle within 1/bandwidth.
+void add_gyros(const CaptureProblem& problem, std::vector<std::string>& causes) {
+  if (problem.robot.gyros.empty()) return;
+  double momentum = 0, bandwidth = 0;
+  for (const MomentGyroSetup& gyro : problem.robot.gyros) {
+    momentum = std::max(momentum, std::abs(gyro.inertia * gyro.spin_rate));
+    bandwidth = std::max(bandwidth, gyro.bandwidth);
+  }
+  causes.push_back(fmt::format(
+      "control moment gyros of up to {:.3g} N m s each with loops of up to {:.3g} 1/s (smaller spin_rate or "
+      "bandwidth of the robot's gyros, a larger gimbal_inertia)",
+      momentum, bandwidth));
+}
+
+// Of all directions the largest ratios to the apparent mass.
+void add_impedance(const CaptureProblem& problem, std::vector<std::string>& causes) {
+  if (!problem.impedance) return;
+  const ImpedanceSetup& law = *problem.impedance;
+  double frequency = 0, decay = 0;
+  for (int k = 0; k < 3; ++k) {
+    frequency = std::max({frequency, law.stiffness[k] / law.mass[k], law.angular_stiffness[k] / law.inertia[k]});
+    decay = std::max({decay, law.damping[k] / law.mass[k], law.angular_damping[k] / law.inertia[k]});
+  }
+  causes.push_back(
+      fmt::format("an impedance of {:.3g} rad/s and decay rates up to {:.3g} 1/s (smaller stiffness and damping of "
+                  "impedance, a larger apparent mass or inertia)",
+                  std::sqrt(frequency), decay));
+}
+
 std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   std::vector<std::string> causes;
   add_bending(problem, causes);
+  add_gyros(problem, causes);
   const TrackingSetup& tracking = problem.approach->tracking;
   if (tracking.mode != JointControl::prescribed) add_friction(problem, causes);
   if (has_gains(tracking.mode)) {
@@ -256,27 +286,35 @@ std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   return causes;
 }
 
-std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
+std::vector<std::string> causes_afterwards(const CaptureProblem& problem, const PostImpactSetup& after) {
+  const std::string key = phases_key(problem);
   std::vector<std::string> causes;
   add_bending(problem, causes);
-  const PostImpactSetup& after = *problem.post_impact;
+  add_gyros(problem, causes);
+  add_impedance(problem, causes);
   if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
   if (has_gains(after.joints))
-    causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of post_impact)",
-                                 largest(after.kp), largest(after.kd)));
-  if (after.base_control) causes.push_back("a base under attitude control (smaller gains of post_impact.base_control)");
+    causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of {})",
+                                 largest(after.kp), largest(after.kd), key));
+  if (after.base_control)
+    causes.push_back(fmt::format("a base under attitude control (smaller gains of {}.base_control)", key));
   if (problem.grasps.size() > 1)
-    causes.push_back("closed loops, which are projected after every step (post_impact.duration)");
+    causes.push_back(fmt::format("closed loops, which are projected after every step ({}.duration)", key));
   add_general(problem, causes);
   return causes;
+}
+
+std::string listed(const std::vector<std::string>& causes) {
+  std::string list;
+  for (const std::string& cause : causes) list += (list.empty() ? "" : "; ") + cause;
+  return list;
 }
 
 void look_at(const std::string& phase, const CaptureResult& result, double duration,
              const std::vector<std::string>& causes, std::vector<std::string>& lines) {
   const Cost cost = cost_of(result, phase);
   if (cost.steps < kFewSteps || !(static_cast<double>(cost.steps) > kManySteps * duration)) return;
-  std::string list;
-  for (const std::string& cause : causes) list += (list.empty() ? "" : "; ") + cause;
+  const std::string list = listed(causes);
   lines.push_back(
       fmt::format("{} took {} steps for {:.4g} s of motion ({} more were rejected), where most runs take less "
                   "than {:g} a second; what shortens steps here, most likely first: {}",
@@ -285,16 +323,24 @@ void look_at(const std::string& phase, const CaptureResult& result, double durat
 
 }  // namespace
 
+std::string causes_of_short_steps(const CaptureProblem& problem, const std::string& phase) {
+  if (problem.approach && phase.starts_with("approach")) return listed(causes_of_approach(problem));
+  if (problem.post_impact) return listed(causes_afterwards(problem));
+  std::vector<std::string> causes;
+  add_general(problem, causes);
+  return listed(causes);
+}
+
 std::vector<std::string> slow_phases(const CaptureProblem& problem, const CaptureResult& result) {
   std::vector<std::string> lines;
   if (problem.approach) {
     const double duration = result.approach_end ? result.approach_end->time : problem.approach->duration;
     look_at("approach", result, duration, causes_of_approach(problem), lines);
   }
-  if (problem.post_impact) {
-    const double duration =
-        result.post_impact_end ? result.post_impact_end->time - result.capture_time : problem.post_impact->duration;
-    look_at("post_impact", result, duration, causes_afterwards(problem), lines);
+  for (std::size_t k = 0; k < problem.post_impact.size(); ++k) {
+    const PostImpactSetup& phase = problem.post_impact[k];
+    const double duration = k < result.phases.size() ? result.phases[k].duration() : phase.duration;
+    look_at(phase_name(problem, k), result, duration, causes_afterwards(problem, phase), lines);
   }
   return lines;
 }

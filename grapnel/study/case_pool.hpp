@@ -76,6 +76,10 @@ inline constexpr double kManySteps = 1000;  // [1/s]
 /// Fewer steps than these are done in about a second whatever they are of.
 inline constexpr long kFewSteps = 20'000;
 
+/// What shortens the steps of a phase, most likely first, "a; b; c": for a run that is slow already. `phase`: as
+/// progress names it, "post_impact_2".
+std::string causes_of_short_steps(const CaptureProblem& problem, const std::string& phase);
+
 /// A line per phase (approach, what follows the impact) that takes more than both; empty for most runs.
 std::vector<std::string> slow_phases(const CaptureProblem& problem, const CaptureResult& result);
 

@@ -10,6 +10,7 @@
 #include "grapnel/problem/plan_objectives.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
@@ -80,6 +81,11 @@ double clear_until(const CaptureResult& r) {
     if (e.name == "clearance_violation" && !e.not_checked.empty()) return NAN;
   }
   return r.post_impact_end ? r.post_impact_end->time : r.approach_end ? r.approach_end->time : NAN;
+}
+
+// The state at the end of all motion; `may_be_approach`: also that of an approach which nothing follows.
+const std::optional<PhaseEnd>& end_of_motion(const CaptureResult& r, bool may_be_approach) {
+  return r.post_impact_end || !may_be_approach ? r.post_impact_end : r.approach_end;
 }
 
 class Builder {
@@ -178,8 +184,10 @@ class Builder {
   }
 
   void motion_afterwards() {
-    const auto end = [](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
-      return r.post_impact_end ? (r.post_impact_end->base.*field)[k] : NAN;
+    const bool without_grasps = problem_.grasps.empty();
+    const auto end = [without_grasps](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
+      const std::optional<PhaseEnd>& last = end_of_motion(r, without_grasps);
+      return last ? (last->base.*field)[k] : NAN;
     };
     for (int k = 0; k < 3; ++k) {
       add(std::string("end/base/velocity/") + kComponents[k], "m/s", "of the base at the end, in W",
@@ -189,7 +197,12 @@ class Builder {
       add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
           [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
     }
-    if (problem_.post_impact && problem_.post_impact->detumble) detumbling();
+    if (without_grasps) posture_at_end();
+    if (problem_.post_impact.size() > 1 || problem_.post_impact.any([](const auto& p) { return p.until.has_value(); }))
+      phases();
+    if (problem_.post_impact.any([](const auto& p) { return p.detumble.has_value(); })) detumbling();
+    if (problem_.post_impact.any([](const auto& p) { return p.at_rest.has_value(); })) rest();
+    if (!problem_.robot.wheels.empty()) wheels();
     if (!problem_.robot.thrusters.empty()) thrusters();
     if (!problem_.robot.gyros.empty()) gyros();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
@@ -198,6 +211,68 @@ class Builder {
           for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
           return least;
         });
+  }
+
+  // Of a simulation in which nothing is captured: where it leads.
+  void posture_at_end() {
+    for (const BodyDescription& body : problem_.robot.bodies) {
+      const JointDescription& joint = body.joint;
+      if (!has_one_axis(joint.type) || yields(joint)) continue;
+      const auto value = [name = joint.name](auto values) {
+        return [name, values](const StudyCase&, const CaptureResult& r) {
+          const std::optional<PhaseEnd>& last = end_of_motion(r, true);
+          if (!last) return double(NAN);
+          const auto at = std::find(last->joints.names.begin(), last->joints.names.end(), name);
+          return at == last->joints.names.end() ? double(NAN) : values(*last)[at - last->joints.names.begin()];
+        };
+      };
+      const AxisUnits units = axis_units(joint.type);
+      add("end/joints/" + joint.name + "/position", units.position, "of the joint at the end",
+          value([](const PhaseEnd& end) -> const auto& { return end.joints.position; }));
+      add("end/joints/" + joint.name + "/velocity", units.rate, "of the joint at the end",
+          value([](const PhaseEnd& end) -> const auto& { return end.joints.velocity; }));
+    }
+    attitude_error();
+  }
+
+  // Where the last phase states an attitude.
+  void attitude_error() {
+    const auto desired = [](const CaptureProblem& problem) -> const Rotationd* {
+      const std::optional<BaseControlSetup>* control = nullptr;
+      if (problem.approach) control = &problem.approach->base_control;
+      if (problem.post_impact) control = &problem.post_impact.back().base_control;
+      return control && *control && (*control)->R_WD ? &*(*control)->R_WD : nullptr;
+    };
+    if (!desired(problem_)) return;
+    add("end/base/attitude_error", "rad", "angle between the base's attitude at the end and the one that is stated",
+        [desired](const StudyCase& point, const CaptureResult& r) {
+          const std::optional<PhaseEnd>& last = end_of_motion(r, true);
+          const Rotationd* R_WD = desired(point.problem);
+          return last && R_WD ? rotation_angle(rotation_matrix(last->base.quaternion_wxyz) * transpose(*R_WD)) : NAN;
+        });
+  }
+
+  // Each under its name; NaN where the run did not come so far.
+  void phases() {
+    for (std::size_t i = 0; i < problem_.post_impact.size(); ++i) {
+      const std::string name = phase_name(problem_, i);
+      const auto of_phase = [name](auto value) {
+        return [name, value](const StudyCase&, const CaptureResult& r) {
+          for (const MotionPhaseReport& phase : r.phases) {
+            if (phase.name == name) return static_cast<double>(value(phase));
+          }
+          return double(NAN);
+        };
+      };
+      using P = MotionPhaseReport;
+      const std::string path = "phases/" + name + "/";
+      add(path + "duration", "s", "of the phase", of_phase([](const P& p) { return p.duration(); }));
+      add(path + "condition_met", "1", "whether what it is until held before its duration was over",
+          of_phase([](const P& p) { return p.ended == P::End::condition; }));
+      for (int k = 0; k < 3; ++k)
+        add(path + "base/angular_velocity/" + kComponents[k], "rad/s", "of the base at its end, in W",
+            of_phase([k](const P& p) { return p.at_end ? p.at_end->base.angular_velocity[k] : double(NAN); }));
+    }
   }
 
   void detumbling() {
@@ -217,7 +292,44 @@ class Builder {
         report([](const D& d) { return d.least_scale; }));
   }
 
+  void rest() {
+    add("rest/at_rest", "1", "whether the rates of post_impact.at_rest are kept from some time on to the end",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? double(r.rest->at_rest) : NAN; });
+    add("rest/time", "s", "from which on they are; NaN: they are not",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->time : NAN; });
+    add("rest/angular_velocity", "rad/s", "of the base, at the end",
+        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->angular_velocity : NAN; });
+  }
+
+  void wheels() {
+    bool any_limit = false;
+    for (const WheelSetup& wheel : problem_.robot.wheels) {
+      add("wheels/" + wheel.name + "/rate", "rad/s", "relative to the base, at the end",
+          [name = wheel.name](const StudyCase&, const CaptureResult& r) {
+            for (const WheelReport& w : r.wheels) {
+              if (w.name == name) return w.rate_after;
+            }
+            return double(NAN);
+          });
+      if (!std::isfinite(wheel.rate)) continue;
+      any_limit = true;
+      saturated("wheels/" + wheel.name, "time at its largest rate", SaturationReport::Actuator::wheel, wheel.name);
+    }
+    if (any_limit)
+      saturated("wheels", "longest time of a wheel at its largest rate", SaturationReport::Actuator::wheel);
+  }
+
   void thrusters() {
+    for (const ThrusterSetup& thruster : problem_.robot.thrusters) {
+      const std::string& name = thruster.name;
+      add("thrusters/" + name + "/duty", "1", "time on, over the time of the phases in which thrusters are at work",
+          [name](const StudyCase&, const CaptureResult& r) {
+            for (const ThrusterReport& t : r.thrusters.value_or(ThrustersReport{}).each) {
+              if (t.name == name) return t.duty;
+            }
+            return double(NAN);
+          });
+    }
     add("thrusters/propellant", "kg", "propellant used",
         [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
     add("thrusters/plume", "s", "of firing with a body in the plume, of all thrusters and bodies",
@@ -229,6 +341,11 @@ class Builder {
   }
 
   void gyros() {
+    for (const MomentGyroSetup& gyro : problem_.robot.gyros)
+      saturated("gyros/" + gyro.name, "time of the gimbal at its largest rate or torque",
+                SaturationReport::Actuator::gyro, gyro.name);
+    add("gyros/largest_torque_lacking", "N m", "largest part of the torque commanded that the gyros do not give",
+        [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->largest_torque_lacking : NAN; });
     add("gyros/least_singularity_measure", "1", "least measure of singularity of the control moment gyros",
         [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->least_singularity_measure : NAN; });
     add("gyros/near_singularity", "s", "time near a singularity while a torque was asked of them",
@@ -244,6 +361,32 @@ class Builder {
  private:
   void add(std::string name, std::string unit, std::string description, Getter value) {
     columns_.push_back({std::move(name), std::move(unit), std::move(description), std::move(value)});
+  }
+
+  // Longest time, and start of the first, of one actuator or of all of a kind. Torques of wheels count only where every
+  // step is observed, and so not here.
+  void saturated(const std::string& where, const std::string& words, SaturationReport::Actuator actuator,
+                 const std::string& name = {}) {
+    const auto is_meant = [actuator, name](const SaturationReport& s) {
+      const bool observed =
+          actuator != SaturationReport::Actuator::wheel || s.quantity == SaturationReport::Quantity::rate;
+      return s.actuator == actuator && observed && (name.empty() || s.name == name);
+    };
+    add(where + "/saturated", "s", words, [is_meant](const StudyCase&, const CaptureResult& r) {
+      double longest = r.status == CaptureStatus::completed ? 0 : NAN;
+      for (const SaturationReport& s : r.saturation) {
+        if (is_meant(s)) longest = std::fmax(longest, s.duration);
+      }
+      return longest;
+    });
+    add(where + "/first_saturated", "s", "start of the first; NaN: never",
+        [is_meant](const StudyCase&, const CaptureResult& r) {
+          double first = NAN;
+          for (const SaturationReport& s : r.saturation) {
+            if (is_meant(s)) first = std::fmin(first, s.first_time);
+          }
+          return first;
+        });
   }
 
   // A number or the components of a vector, with the unit and the words of its description.
@@ -378,6 +521,7 @@ class Builder {
           const auto at = std::find(r.plan->joints.begin(), r.plan->joints.end(), joint) - r.plan->joints.begin();
           return at < std::ssize(r.plan->final_position) ? r.plan->final_position[at] : NAN;
         });
+    if (problem_.grasps.empty()) return;  // there is no impact
     add("joints/" + joint + "/velocity_change", units.rate, "of the joint, in the impact",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
@@ -419,9 +563,12 @@ CaptureDetail detail_of(std::span<const Column> columns) {
 
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   Builder build(problem);
-  build.outcome();
-  build.grasps();
-  build.impact();
+  // Without grasps nothing can be captured.
+  if (!problem.grasps.empty()) {
+    build.outcome();
+    build.grasps();
+    build.impact();
+  }
   build.joints();
   build.plan();
   build.ratings(with_motion_afterwards);
@@ -430,9 +577,52 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
   return build.take();
 }
 
+namespace {
+
+// What is observed in every step, as loads are.
+std::vector<Column> control_columns(const CaptureProblem& problem) {
+  std::vector<Column> columns;
+  columns.push_back({"stable", "1", "whether control is stable; 0: unstable; NaN: not evaluated",
+                     [](const StudyCase&, const CaptureResult& r) {
+                       const Stability verdict = stability_of(r);
+                       return verdict == Stability::not_evaluated ? NAN : double(verdict == Stability::stable);
+                     },
+                     true, false});
+  const auto saturated = [&](const std::string& name, const std::string& words, SaturationReport::Actuator actuator,
+                             const std::string& joint) {
+    columns.push_back({name, "s", words,
+                       [actuator, joint](const StudyCase&, const CaptureResult& r) {
+                         double longest = r.status == CaptureStatus::completed ? 0 : NAN;
+                         for (const SaturationReport& s : r.saturation) {
+                           if (s.actuator == actuator && (joint.empty() || s.name == joint))
+                             longest = std::fmax(longest, s.duration);
+                         }
+                         return longest;
+                       },
+                       true, false});
+  };
+  for (const ThrusterSetup& thruster : problem.robot.thrusters)
+    saturated("thrusters/" + thruster.name + "/saturated", "time on while less is given than commanded",
+              SaturationReport::Actuator::thruster, thruster.name);
+  for (const BodyDescription& body : problem.robot.bodies) {
+    const JointDescription& joint = body.joint;
+    if (has_one_axis(joint.type) && !yields(joint) && std::isfinite(joint.limits.effort))
+      saturated("joints/" + joint.name + "/saturated", "time of the drive at its effort limit",
+                SaturationReport::Actuator::joint, joint.name);
+  }
+  if ((problem.approach && problem.approach->base_control) ||
+      (problem.post_impact && problem.post_impact->base_control))
+    saturated("base_control/saturated", "longest time of base control about an axis at its limit",
+              SaturationReport::Actuator::base_control, "");
+  return columns;
+}
+
+}  // namespace
+
 std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   std::vector<Column> columns = standard_columns(problem, with_motion_afterwards);
   merge_columns(columns, load_columns(problem, with_motion_afterwards));
+  if (with_motion_afterwards) merge_columns(columns, control_columns(problem));
   return columns;
 }
 
@@ -515,15 +705,11 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
                    has_one_axis(body.joint.type) ? &units : nullptr, body.joint.limits.effort, all);
   }
   for (const EndEffectorSetup& e : problem.robot.end_effectors) add_quantities(e.name, e.rating, nullptr, NAN, all);
-  const BaseControlSetup* controls[2] = {
-      problem.approach && problem.approach->base_control ? &*problem.approach->base_control : nullptr,
-      problem.post_impact && problem.post_impact->base_control ? &*problem.post_impact->base_control : nullptr};
-  for (int k = 0; k < 3; ++k) {
-    bool limited = false;
-    for (const BaseControlSetup* control : controls) limited = limited || (control && std::isfinite(control->limit[k]));
-    if (controls[0] || controls[1])
-      all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, limited});
-  }
+  // Its limit bounds what is commanded and rates nothing.
+  const bool controls_base = (problem.approach && problem.approach->base_control) ||
+                             problem.post_impact.any([](const auto& p) { return p.base_control.has_value(); });
+  for (int k = 0; controls_base && k < 3; ++k)
+    all.push_back({"base control", std::string("driving/") + "xyz"[k], "N m", false, false});
   return all;
 }
 

@@ -17,17 +17,25 @@ constexpr double kAlongLimits = 0.05;
 // What the local search sees of points that are not acceptable, larger than any objective.
 constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
 
-CaseRow run_at(const Optimization& optimization, std::span<const double> values) {
+// Ends a simulation under way by EvaluationStopped.
+CaptureProgress stops_at(const std::stop_token& stop) {
+  return [stop](const std::string&, double, double) {
+    if (stop.stop_requested()) throw EvaluationStopped{};
+  };
+}
+
+CaseRow run_at(const Optimization& optimization, std::span<const double> values, const std::stop_token& stop) {
   try {
-    return run_case(optimization.point(values), optimization.mode, optimization.columns);
+    return run_case(optimization.point(values), optimization.mode, optimization.columns, stops_at(stop));
   } catch (const std::exception& error) {
     return {0, CaseStatus::failed, error.what(), std::vector<double>(optimization.columns.size(), NAN)};
   }
 }
 
-Evaluation evaluate_at(const Optimization& optimization, std::vector<double> values, std::size_t search) {
+Evaluation evaluate_at(const Optimization& optimization, std::vector<double> values, std::size_t search,
+                       const std::stop_token& stop) {
   Evaluation one{std::move(values), search, {}, {}};
-  one.row = run_at(optimization, one.values);
+  one.row = run_at(optimization, one.values, stop);
   one.score = score_of(optimization, one.row);
   return one;
 }
@@ -85,8 +93,9 @@ double merit(const Optimization& optimization, const Score& score) {
 // One local search, in variables scaled to their ranges. `done` is told of every point, and whether to go on.
 class LocalSearch {
  public:
-  LocalSearch(const Optimization& optimization, std::size_t number, const std::function<bool(const Evaluation&)>& done)
-      : optimization_(optimization), number_(number), done_(done) {}
+  LocalSearch(const Optimization& optimization, std::size_t number, const std::function<bool(const Evaluation&)>& done,
+              const std::stop_token& stop)
+      : optimization_(optimization), number_(number), done_(done), stop_(stop) {}
 
   std::vector<Evaluation> path;
 
@@ -147,7 +156,12 @@ class LocalSearch {
     std::vector<double> values;
     for (std::size_t k = 0; k < x.size(); ++k) values.push_back(in_range(optimization_.variables[k], x[k]));
     last_ = x;
-    path.push_back(evaluate_at(optimization_, std::move(values), number_));
+    try {
+      path.push_back(evaluate_at(optimization_, std::move(values), number_, stop_));
+    } catch (const EvaluationStopped&) {
+      stopped_ = true;
+      throw nlopt::forced_stop();
+    }
     stopped_ = !done_(path.back());
     return path.back();
   }
@@ -169,6 +183,7 @@ class LocalSearch {
   const Optimization& optimization_;
   std::size_t number_;
   const std::function<bool(const Evaluation&)>& done_;
+  const std::stop_token stop_;
   std::vector<double> last_;
   std::size_t most_ = 0;
   bool stopped_ = false;
@@ -179,8 +194,8 @@ class LocalSearch {
 // oblique to the variables.
 std::vector<Evaluation> search_from(const Optimization& optimization, const Evaluation& start, std::size_t number,
                                     std::size_t evaluations, double step,
-                                    const std::function<bool(const Evaluation&)>& done) {
-  LocalSearch search(optimization, number, done);
+                                    const std::function<bool(const Evaluation&)>& done, const std::stop_token& stop) {
+  LocalSearch search(optimization, number, done, stop);
   const std::size_t along = optimization.limits.empty() ? 0 : evaluations / 2;
   search.subplex(start, step, evaluations - along);
   const Evaluation* best = &start;
@@ -227,9 +242,9 @@ std::size_t OptimizationOutcome::beyond_limits() const {
   }));
 }
 
-Evaluation evaluate(const Optimization& optimization, const StudyCase& point) {
+Evaluation evaluate(const Optimization& optimization, const StudyCase& point, const std::stop_token& stop) {
   Evaluation one;
-  one.row = run_case(point, optimization.mode, optimization.columns);
+  one.row = run_case(point, optimization.mode, optimization.columns, stops_at(stop));
   one.score = score_of(optimization, one.row);
   return one;
 }
@@ -237,14 +252,22 @@ Evaluation evaluate(const Optimization& optimization, const StudyCase& point) {
 OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options) {
   const SearchSetup& setup = optimization.search;
   OptimizationOutcome outcome;
-  outcome.before = evaluate(optimization, optimization.before);
+  try {
+    outcome.before = evaluate(optimization, optimization.before, options.stop);
+  } catch (const EvaluationStopped&) {
+    return outcome;
+  }
   const std::size_t samples = setup.refine == 0 ? setup.evaluations : (setup.evaluations + 1) / 2;
   CaseProgress progress;
   progress.total = setup.evaluations;
   const Sample sample(optimization.variables.size(), setup.seed);
   std::vector<Evaluation> sampled(samples);
-  const auto sampling = [&](std::size_t i, const HandIn& hand_in, const std::stop_token&) {
-    sampled[i] = evaluate_at(optimization, sample_point(optimization, sample, i), 0);
+  const auto sampling = [&](std::size_t i, const HandIn& hand_in, const std::stop_token& stop) {
+    try {
+      sampled[i] = evaluate_at(optimization, sample_point(optimization, sample, i), 0, stop);
+    } catch (const EvaluationStopped&) {
+      return;
+    }
     hand_in({sampled[i].row});
   };
   progress = run_jobs(samples, options, progress, sampling);
@@ -258,10 +281,13 @@ OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions
   const double step =
       std::min(0.25, std::pow(static_cast<double>(samples), -1 / static_cast<double>(optimization.variables.size())));
   const auto searching = [&](std::size_t i, const HandIn& hand_in, const std::stop_token& stop) {
-    paths[i] = search_from(optimization, starts[i], i + 1, share(i), step, [&](const Evaluation& one) {
-      hand_in({one.row});
-      return !stop.stop_requested();
-    });
+    paths[i] = search_from(
+        optimization, starts[i], i + 1, share(i), step,
+        [&](const Evaluation& one) {
+          hand_in({one.row});
+          return !stop.stop_requested();
+        },
+        stop);
   };
   if (left > 0) run_jobs(starts.size(), options, progress, searching);
 

@@ -5,6 +5,7 @@
 /// points.
 
 #include <optional>
+#include <stop_token>
 
 #include "grapnel/study/case_pool.hpp"
 #include "grapnel/study/optimization.hpp"
@@ -29,12 +30,16 @@ struct OptimizationOutcome {
 };
 
 /// Runs the case of an optimization that stands on its own: the scenario before, or a file written by scenario_text.
-Evaluation evaluate(const Optimization& optimization, const StudyCase& point);
+Evaluation evaluate(const Optimization& optimization, const StudyCase& point, const std::stop_token& stop = {});
+
+/// Thrown by evaluate() when a stop is requested; no std::exception, so that no case takes it for its own failure.
+struct EvaluationStopped {};
 
 /// Searches. The sample is an additive recurrence with the generalized golden ratio (Roberts 2018), its first point the
 /// variables' `start`; local searches are Rowan's subplex method (NLopt's SBPLX), which only compares points, so that
 /// limits and points that cannot be reached need no smoothness. Half of the evaluations are for each. The outcome is
-/// the same, bit for bit, for any number of threads.
+/// the same, bit for bit, for any number of threads. Where `options.stop` is requested, the outcome has the evaluations
+/// that were complete by then; `before` may be without a row.
 OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options);
 
 }  // namespace grapnel

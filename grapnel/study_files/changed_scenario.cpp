@@ -35,11 +35,14 @@ bool is_inside_robot(const Change& change) {
   return change.path.starts_with("robot.") || change.path.starts_with("robot[");
 }
 
-// A file that the scenario names, as another place has to name it.
+// A file that the scenario names, as another place has to name it; by its absolute path for an empty place, so that the
+// text does not depend on where it is written.
 void move_path(const std::filesystem::path& scenario, const std::filesystem::path& place, Node* named) {
   if (!named || !is_text(*named) || named->text.empty()) return;
-  const std::filesystem::path file = std::filesystem::absolute(path_beside(scenario, named->text));
-  named->text = std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
+  const std::filesystem::path file = std::filesystem::absolute(path_beside(scenario, named->text)).lexically_normal();
+  named->text = place.empty()
+                    ? file.generic_string()
+                    : std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
 }
 
 // The paths that the import of a scenario's robot names: files of models and buses, folders of packages.

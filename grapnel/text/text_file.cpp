@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/text/input_files.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -61,6 +62,9 @@ bool begins_blank_line(std::string_view text) {
   return next == text.size() || text[next] == '\n' || text[next] == '#';
 }
 
+// What is no regular file, as a pipe or a device, is read up to this size.
+constexpr std::size_t kLargestPipe = 64u << 20;  // [bytes]
+
 // How long a pipe may say nothing [s].
 constexpr int kPatience = 10;
 
@@ -110,6 +114,8 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
     return refuse(why + (near.empty() ? "" : "; did you mean '" + (said.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
+  // What has no size beforehand may have no end: of /dev/zero nothing but memory would be the limit.
+  if (!std::filesystem::is_regular_file(status)) largest = std::min(largest, kLargestPipe);
   const std::string too_large = fmt::format("it is larger than {} MB", largest >> 20);
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > largest) {
     return refuse(too_large);
@@ -118,6 +124,7 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   if (!named.empty() && !std::filesystem::is_regular_file(status)) return refuse("it is no regular file");
   OpenFile file(path);
   if (file.descriptor < 0) return refuse(std::strerror(errno));
+  note_input(path);
   // A pipe has no size beforehand: stop one byte beyond the limit.
   std::string bytes;
   std::vector<char> buffer(1u << 16);

@@ -59,18 +59,32 @@ def _box(low: Array, high: Array) -> Any:
     return _gymnasium.spaces.Box(low, high, dtype=np.float64)
 
 
+#: Speed beyond which a case of an environment has diverged [rad/s or m/s].
+RUNAWAY = 1e5
+
+
+def _quaternions_of(robot: Any) -> list[int]:
+    """Where the quaternions of free bodies begin in q."""
+    names = robot.q_names
+    return [i for i, name in enumerate(names[:-3]) if name.endswith("/qw") and names[i + 1] == name[:-1] + "x"]
+
+
 class VectorCaptureEnv:
     """`n` captures of one problem at once.
 
     An observation is, per case: joint values [rad, m], joint rates, the base's angular velocity [rad/s], and per grasp the
     vector from the end-effector to its grasp point [m] and the grasp point's velocity relative to the end-effector [m/s], all
-    in the base's axes. An action is an effort per joint in parts of `effort_scale`, between -1 and 1, held for `period` [s].
+    in the base's axes. An action is an effort per joint in parts of `effort_scale`, between -1 and 1, held for `period` [s]. Joints
+    and their order are those of `env.robot.joints`: those of the arms, and where the robot has them the reaction wheels
+    (`wheel:NAME`), the gimbals and rotors of control moment gyros (`gyro:NAME`, `gyro-rotor:NAME`) and joints on springs, which
+    have efforts here like any other joint. Send 0 where nothing shall act.
 
     The reward of a step is by how much sum(distance + 1 s * relative speed) over the grasps has gone down [m], and 1 more when the
     capture is there: every end-effector within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp
     point, by default those of its envelope (0.05 m and 0.05 m/s without one). Angles of envelopes are not judged here. A case
-    ends with the capture or where its numbers overflow (terminated), or at `duration` (truncated); it then stays as it is,
-    with rewards of 0, until it is reset.
+    ends with the capture (terminated), at `duration` (truncated), or where it diverges (terminated, and `diverged` in the
+    dictionary of step()): a speed exceeds `RUNAWAY` (rad/s or m/s), or its numbers are no state any more. A diverged case
+    stays in its last sound state. A case that has ended stays as it is, with rewards of 0, until it is reset.
     """
 
     def __init__(self, problem: Problem, n: int, period: float = 0.1, step: float = 0.02, duration: float | None = None,
@@ -96,6 +110,7 @@ class VectorCaptureEnv:
         self._tolerances = [self._tolerance(grasp, position, velocity, angular_velocity) for grasp in self.grasps]
         self.effort_scale = self._scale(effort_scale)
         self._start = self.rollout.state(*self.robot.initial_state())
+        self._quaternions = _quaternions_of(self.robot)
         self._random = np.random.default_rng()
         size = 2 * self.robot.nu + 3 + 6 * len(self.grasps)
         self.single_observation_space = _box(np.full(size, -np.inf), np.full(size, np.inf))
@@ -172,6 +187,15 @@ class VectorCaptureEnv:
             captured &= np.linalg.norm(turn[:, g], axis=1) <= rate
         return captured
 
+    def _sound(self, state: Array) -> Array:
+        """Which states (n, nstate) are states of the robot: finite, no faster than RUNAWAY, with unit quaternions."""
+        finite = np.all(np.isfinite(state), axis=1)
+        q, v = self.rollout.split(np.where(finite[:, None], state, 0))
+        sound = finite & np.all(np.abs(v) <= RUNAWAY, axis=1)
+        for first in self._quaternions:
+            sound &= np.abs(np.linalg.norm(q[:, first:first + 4], axis=1) - 1) <= 1e-9
+        return np.asarray(sound)
+
     # ---- Environment ----
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None,
@@ -210,7 +234,7 @@ class VectorCaptureEnv:
         if len(live):
             control = (np.clip(action[live], -1, 1) * self.effort_scale)[:, None, :]
             after = self.rollout(self.state[live], control, last_only=True, threads=self.threads)
-            sound = np.all(np.isfinite(after), axis=1)
+            sound = self._sound(after)
             self.state[live[sound]] = after[sound]
             diverged[live[~sound]] = True
             self.time[live] += self.period

@@ -92,7 +92,7 @@ class Result(Mapping[str, Array]):
 
     @property
     def phases(self) -> list[str]:
-        """Names of the phases: 'approach', 'contact', 'post_impact', ..."""
+        """Names of the phases: 'approach', 'contact', 'post_impact' or 'motion', or names of the scenario's own."""
         return self._run.phases
 
     @cached_property

@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/input_files.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::python {
@@ -29,6 +30,7 @@ std::pair<int, std::string> said_by(const std::function<int(const std::stop_toke
     while (!lock.try_lock_for(kBetweenLooks))
       if (stop.stop_requested()) throw Stopped{};
     const app::KeptMessages messages;
+    const InputFiles inputs;
     said.first = command(stop);
     said.second = messages.lines();
   });

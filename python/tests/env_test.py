@@ -86,6 +86,49 @@ def test_time_runs_out(problem):
     assert [bool(end.all()) for end in ends] == [False, False, True]
 
 
+@pytest.mark.parametrize("scale", [1e4, 1e6, 1e9, 1e150])
+def test_diverged_cases_end_and_leave_the_others_alone(problem, scale):
+    env = VectorCaptureEnv(problem, 12, effort_scale=scale, duration=10)
+    quiet = VectorCaptureEnv(problem, 1, effort_scale=scale, duration=10)
+    env.reset(), quiet.reset()
+    random = np.random.default_rng(3)
+    diverged = np.zeros(12, dtype=bool)
+    for _ in range(30):
+        action = random.uniform(-1, 1, (12, 6))
+        action[0] = 0
+        observation, reward, terminated, truncated, info = env.step(action)
+        assert np.all(np.isfinite(observation)) and np.all(np.isfinite(reward)) and np.all(np.isfinite(info["distance"]))
+        assert np.all(terminated[info["diverged"]]) and not np.any(info["captured"] & info["diverged"])
+        diverged |= info["diverged"]
+        assert np.array_equal(quiet.step(np.zeros((1, 6)))[0][0], observation[0])
+    assert np.all(diverged[1:]) and np.all(env.done[1:]) and not diverged[0] and not env.done[0]
+    env.reset(cases=diverged)
+    env.step(np.zeros((12, 6)))
+    assert not np.any(env.done)
+
+
+def test_wheels_have_actions(tmp_path):
+    (tmp_path / "wheels.yaml").write_text(f"""
+name: wheels
+robot:
+  base: {{mass: 100, inertia: [10, 10, 10]}}
+  links:
+    - {{name: arm, parent: base, joint: {{name: shoulder, type: revolute, axis: [0, 0, 1]}}, mass: 5, inertia: [1, 1, 1]}}
+  end_effectors: [{{name: tip, link: arm, position: [1, 0, 0]}}]
+  wheels: [{{name: spin, axis: [0, 0, 1], inertia: 0.1}}]
+initial: {{joints: [0]}}
+targets:
+  - {{name: ball, mass: 1, inertia: [1, 1, 1], state: {{position: [1, 1, 0]}}, grasp_points: [{{name: at}}]}}
+grasps: [{{end_effector: tip, target: ball, point: at}}]
+impact: {{}}
+""")
+    env = VectorCaptureEnv(grapnel.load(tmp_path / "wheels.yaml"), 1, effort_scale=1.0)
+    assert env.robot.joints == ["shoulder", "wheel:spin"] and env.single_action_space.shape == (2,)
+    env.reset()
+    observation, *_ = env.step(np.array([[0.0, 1.0]]))
+    assert observation[0, 6] < 0  # the base turns against the wheel, about z
+
+
 def test_perturbed_starts_are_repeatable(problem):
     def perturb(random, q, v):
         q[:, 7:13] += random.uniform(-0.1, 0.1, (len(q), 6))

@@ -27,7 +27,9 @@ namespace fs = std::filesystem;
 using test::complaints;
 using test::Outcome;
 using test::read_text;
+using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 
 class Program : public test::ProgramRun {};
 
@@ -330,7 +332,16 @@ TEST_F(Program, InfoDescribesARobot) {
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.out, HasSubstr("mass 560 kg"));
   EXPECT_THAT(o.out, HasSubstr("tip-1"));
+  EXPECT_THAT(o.out, Not(HasSubstr("reaction wheel")));
   EXPECT_EQ(run("info nowhere.yaml").code, 2);
+}
+
+TEST_F(Program, InfoListsActuators) {
+  const Outcome o = run("info " GRAPNEL_SOURCE_DIR "/robots/servicing-dual-arm-thrusters.yaml");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_THAT(o.out, ContainsRegex("wheel-1 +0.159 +1 +628.319 +99.9026 +.0.8, 0, 0.6"));
+  EXPECT_THAT(o.out, ContainsRegex("x.-1 +22 +220 +0.02 +.0, 0.9, 0. +.0, 0, 1"));
+  EXPECT_THAT(o.out, HasSubstr("propellant for the thrusters: 60 kg"));
 }
 
 // --- What is hardly meant

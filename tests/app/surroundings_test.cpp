@@ -237,5 +237,16 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
   EXPECT_EQ(read_text(folder_ / "here/c/report.html").find("No single cases"), std::string::npos);
 }
 
+// Steps of 1e-6 s, because of an impedance that is far too stiff: progress and the reason are warnings.
+TEST_F(Surroundings, ASlowRunSaysWhyAlsoQuietly) {
+  const pid_t child = start("run " + scenario("impedance-capture.yaml") +
+                            " --set impedance.stiffness=1e12 --set impedance.damping=1e9 --quiet --no-report -o r");
+  for (int i = 0; i < 600 && read_text(folder_ / "said").find("slow: ") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(stop(child), 130);
+  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("warning: slow: approach is at t = "));
+  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("an impedance of "));
+}
+
 }  // namespace surroundings_test
 }  // namespace grapnel

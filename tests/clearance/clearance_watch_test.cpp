@@ -177,6 +177,81 @@ TEST(ClearanceWatch, PhasesAreApart) {
   EXPECT_EQ(events[1].phase, "second");
 }
 
+// Two balls of radius 0.5 along x, the second at these distances of the centres at t = 0, 1, ...; the pair has touched.
+ClearanceWatch watch_parting(const Model& model, const ClearanceModel& balls, const std::vector<double>& distances,
+                             double required) {
+  const int parting[] = {0};
+  ClearanceWatch w(required);
+  w.begin_phase("after", model, balls, parting);
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const double ahead = i + 1 < distances.size() ? distances[i + 1] - distances[i] : 0;
+    State state = steady_state(model, {{{0, 0, 0}, {}}, {{distances[i], 0, 0}, {ahead, 0, 0}}}, 0);
+    w.sample(static_cast<double>(i), state);
+  }
+  w.end_phase();
+  return w;
+}
+
+TEST(ClearanceWatch, APairThatTouchedMayPart) {
+  const Model model = free_bodies(2);
+  const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
+  for (const double start : {1.0, 1 - 1e-12, 0.95, 0.7}) {
+    SCOPED_TRACE(start);
+    const ClearanceWatch w = watch_parting(model, balls, {start, start, 1.001, 1.03, 1.2}, 0.1);
+    EXPECT_THAT(w.events(), SizeIs(0));
+    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts since it has parted
+  }
+  // It need not part: held to the millimetre where it was, it makes no event either.
+  const ClearanceWatch w = watch_parting(model, balls, {0.95, 0.9495, 0.9502, 0.95}, 0);
+  EXPECT_THAT(w.events(), SizeIs(0));
+  EXPECT_EQ(w.least()[0].distance, INFINITY);
+}
+
+TEST(ClearanceWatch, APairThatTouchedMayNotComeBack) {
+  const Model model = free_bodies(2);
+  const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
+  // From touching straight in.
+  ClearanceWatch w = watch_parting(model, balls, {1, 0.9, 0.861, 1.1}, 0.02);
+  ASSERT_THAT(w.events(), SizeIs(1));
+  EXPECT_NEAR(w.events()[0].least.distance, -0.139, 0.02);  // between samples the cubic swings
+  EXPECT_NEAR(w.events()[0].overlap_begin.value(), 0, 1e-3);
+  EXPECT_EQ(w.least()[0].distance, w.events()[0].least.distance);
+  // From an overlap by design deeper in.
+  w = watch_parting(model, balls, {0.9, 0.95, 0.85}, 0);
+  ASSERT_THAT(w.events(), SizeIs(1));
+  EXPECT_NEAR(w.events()[0].least.distance, -0.15, 1e-9);
+  // Parted, it is a pair like any other.
+  w = watch_parting(model, balls, {0.9, 1.3, 1.05}, 0.1);
+  ASSERT_THAT(w.events(), SizeIs(1));
+  EXPECT_NEAR(w.events()[0].least.distance, 0.05, 1e-9);
+  EXPECT_FALSE(w.events()[0].overlap_begin.has_value());
+}
+
+// What has been reached counts on in the next phase, unless the pair is held in between.
+TEST(ClearanceWatch, PartingGoesOnFromPhaseToPhase) {
+  const Model model = free_bodies(2);
+  const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
+  const auto at = [&](double distance) { return steady_state(model, {{{0, 0, 0}, {}}, {{distance, 0, 0}, {}}}, 0); };
+  const int parting[] = {0};
+  for (const bool held : {false, true}) {
+    SCOPED_TRACE(held);
+    ClearanceWatch w(0.1);
+    w.begin_phase("first", model, balls, parting);
+    w.sample(0, at(0.9)), w.sample(1, at(1.5));
+    w.end_phase();
+    w.begin_phase("between", model, held ? none : balls, held ? std::span<const int>() : parting);
+    w.sample(1, at(1.5)), w.sample(2, at(1.5));
+    w.forget_phase();
+    w.begin_phase("between", model, held ? none : balls, held ? std::span<const int>() : parting);
+    w.sample(1, at(1.5)), w.sample(2, at(1.5));
+    w.end_phase();
+    w.begin_phase("last", model, balls, parting);
+    w.sample(2, at(0.95)), w.sample(3, at(0.95));
+    w.end_phase();
+    EXPECT_THAT(w.events(), SizeIs(held ? 0 : 1));
+  }
+}
+
 TEST(ClearanceWatch, SaysWhatIsWrong) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});

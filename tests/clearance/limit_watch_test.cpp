@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "clearance/small_models.hpp"
@@ -173,6 +174,53 @@ TEST(LimitWatch, SaysWhatIsWrong) {
   EXPECT_THROW(w.sample(2, zero_state(free_bodies(1))), std::invalid_argument);
   const std::vector<double> efforts{1, 2};
   EXPECT_THROW(w.sample(2, zero_state(model), efforts), std::invalid_argument);
+}
+
+// The events of a joint that moves along position(t) with rate(t) in these steps, each with a fresh start.
+std::vector<LimitEvent> watch_steps(const JointLimits& limits, const Curve& position, const Curve& rate,
+                                    const std::vector<double>& ends) {
+  const Model model = joint_model(limits);
+  LimitWatch w;
+  w.begin_phase("approach", model);
+  State state = zero_state(model);
+  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+    // Inside a step the motion is that of its middle's side of every kink.
+    const double middle = 0.5 * (ends[i] + ends[i + 1]);
+    w.step(ends[i], ends[i + 1], true, [&](double t) -> const State& {
+      const double inside = t + 1e-12 * (middle - t);
+      state.q.back() = position(inside), state.v.back() = rate(inside);
+      return state;
+    });
+    w.sample(ends[i], state);  // samples in a step come after it, and show efforts only
+  }
+  w.end_phase();
+  return w.events();
+}
+
+// A joint that is stopped at its limit passes it nowhere, though a cubic through samples on both sides does.
+TEST(LimitWatch, AJointThatIsStoppedAtItsLimitStaysWithinIt) {
+  const Curve position = [](double t) { return 0.9 - std::max(0.55 - t, 0.0); };
+  const Curve rate = [](double t) { return t < 0.55 ? 1.0 : 0.0; };
+  EXPECT_THAT(watch_steps(position_limits(-0.9, 0.9), position, rate, {0, 0.3, 0.55, 0.8, 1}), IsEmpty());
+  EXPECT_THAT(watch(position_limits(-0.9, 0.9), position, rate, 1, 2), SizeIs(1));
+}
+
+TEST(LimitWatch, TurnsAndLargestRatesInsideALongStep) {
+  const Curve position = [](double t) { return std::sin(5 * t); };
+  const Curve rate = [](double t) { return 5 * std::cos(5 * t); };
+  const std::vector<LimitEvent> turns = watch_steps(position_limits(-2, 0.999), position, rate, {0, 0.6});
+  ASSERT_THAT(turns, SizeIs(1));
+  EXPECT_NEAR(turns[0].begin_time, std::asin(0.999) / 5, 1e-7);  // the threshold is 2e-9 beyond the limit
+  EXPECT_NEAR(turns[0].end_time, (std::acos(-1.0) - std::asin(0.999)) / 5, 1e-7);
+  EXPECT_NEAR(turns[0].worst_value, 1, 1e-12);
+  JointLimits slow;
+  slow.rate = 4.99;
+  const std::vector<LimitEvent> rates = watch_steps(
+      slow, [](double t) { return -std::cos(5 * t); }, [](double t) { return 5 * std::sin(5 * t); }, {0, 0.6});
+  ASSERT_THAT(rates, SizeIs(1));
+  EXPECT_NEAR(rates[0].begin_time, std::asin(0.998) / 5, 1e-7);
+  EXPECT_NEAR(rates[0].worst_value, 5, 1e-9);
+  EXPECT_THAT(watch_steps(position_limits(-2, 1.0001), position, rate, {0, 0.6}), IsEmpty());
 }
 
 }  // namespace limit_watch_test

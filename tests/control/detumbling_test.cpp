@@ -8,6 +8,7 @@
 #include "control/arm_case.hpp"
 #include "grapnel/control/detumbling.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
 
 namespace grapnel::testing {
 namespace detumbling_test {
@@ -15,7 +16,7 @@ namespace detumbling_test {
 constexpr double kTorque = 0.4;  // [N m]
 
 std::shared_ptr<Detumbling> detumbling(const Model& model) {
-  DetumblingLaw law{model.body_index("target"), kTorque, {}};
+  DetumblingLaw law{{model.body_index("target")}, kTorque, {}};
   LawScope scope{arm_joints(model)};
   for (std::size_t j = 0; j < scope.joints.size(); ++j) law.damping.push_back(20 + 5.0 * static_cast<double>(j));
   return std::make_shared<Detumbling>(model, std::move(law), std::move(scope));
@@ -28,7 +29,8 @@ struct Target {
 Target target_of(const Model& model, const State& state) {
   const Kinematics k = forward_kinematics(model, state);
   const int body = model.body_index("target");
-  const TargetMotion3d motion = target_motion(model, k, body);
+  const int bodies[] = {body};
+  const TargetMotion3d motion = target_motion(model, k, bodies);
   return {k.X_WB[body].R, k.V_WB[body].angular, motion.angular_momentum, motion.velocity};
 }
 
@@ -126,6 +128,96 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   EXPECT_LE(largest, limit * (1 + 1e-12));
   EXPECT_LT(direction, 1e-8);
   EXPECT_GT(norm(target_of(model, o.end_state).L), 0.1 * norm(first.L) * (1 + 1e-6));  // it is later
+}
+
+// The gripper's rating: neither force nor moment at the grasp exceeds it, and the torque is scaled for that.
+TEST(Detumbling, ScalesTheTorqueToTheGripper) {
+  const Model model = arm_with_target({.joints = 7});
+  const int target = model.body_index("target");
+  const State start = moving_state(model, 0.03);
+  const auto grasp_wrench = [&](const State& state, std::span<const double> acceleration) {
+    const Kinematics k = forward_kinematics(model, state);
+    return joint_wrenches(model, k, acceleration, {})[target];
+  };
+  const auto simulate = [&](double force, double moment) {
+    auto law_of = [&] {
+      DetumblingLaw law = detumbling(model)->law();
+      const BodyDescription& body = model.bodies()[target].description;
+      const LoopClosure frames{"grasp", model.bodies()[target].parent, body.X_PF, target, Posed::identity()};
+      law.holds = {{frames, -1, force, moment}};
+      return std::make_shared<Detumbling>(model, std::move(law), LawScope{arm_joints(model)});
+    };
+    PhaseDynamics dynamics(model, with_law(model, law_of()));
+    const auto evaluation = law_of();
+    struct {
+      double force = 0, moment = 0, least = 1;
+    } found;
+    const double t_f = norm(target_of(model, start).L) / kTorque;
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0.02 * t_f, {}, [&](const PhaseSample& s) {
+      const Wrenchd F = grasp_wrench(s.state, s.dynamics->acceleration());
+      found.force = std::max(found.force, norm(F.linear)), found.moment = std::max(found.moment, norm(F.angular));
+      const JointLawCommand said = evaluation->at(s.time, s.state, {});
+      EXPECT_TRUE(said.within_limits);
+      found.least = std::min(found.least, said.scale);
+    });
+    EXPECT_TRUE(o.finished) << o.failure;
+    return found;
+  };
+  const auto free = simulate(1e9, 1e9);
+  EXPECT_EQ(free.least, 1);
+  for (const bool by_force : {true, false}) {
+    const double limit = 0.8 * (by_force ? free.force : free.moment);
+    const auto limited = by_force ? simulate(limit, 1e9) : simulate(1e9, limit);
+    std::printf("  %s %.6g of %.6g, without limit %.6g; least scale %.3g\n", by_force ? "force" : "moment",
+                by_force ? limited.force : limited.moment, limit, by_force ? free.force : free.moment, limited.least);
+    EXPECT_LT(limited.least, 0.999);
+    EXPECT_LE(by_force ? limited.force : limited.moment, limit * (1 + 1e-9));
+  }
+}
+
+// Limits that not even the slowest motion keeps: everything is scaled down, nothing exceeds a limit, and by how much
+// they are too small is known; the efforts are continuous, so that the motion takes no more steps than another.
+TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
+  const Model strong = arm_with_target({.joints = 7});
+  const State start = moving_state(strong, 0.5);  // fast: to let the target turn freely takes efforts already
+  const DetumblingCommand full = [&] {
+    EffortResponse response(strong, arm_joints(strong), {});
+    return detumbling_command(detumbling(strong)->law(), start, {}, {0, 0, 0}, response);
+  }();
+  EXPECT_EQ(full.demand, 0);  // without limits
+  EXPECT_EQ(full.limiting, -1);
+  const double limit = 0.02 * full.effort.cwiseAbs().maxCoeff();
+  const Model weak = arm_with_target({.joints = 7, .effort = limit});
+  EffortResponse response(weak, arm_joints(weak), {});
+  const DetumblingCommand cut = detumbling_command(detumbling(weak)->law(), start, {}, {0, 0, 0}, response);
+  EXPECT_FALSE(cut.within_limits);
+  EXPECT_GT(cut.demand, 3);
+  EXPECT_GE(cut.limiting, 0);
+  EXPECT_LE(cut.effort.cwiseAbs().maxCoeff(), limit);
+  PhaseDynamics dynamics(weak, with_law(weak, detumbling(weak)));
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0, {});
+  ASSERT_TRUE(o.finished) << o.failure;
+  std::printf("  %.3g times the limit; %ld steps, %ld rejected\n", cut.demand, o.steps, o.rejected);
+  EXPECT_LT(o.steps, 5000);
+}
+
+// A stretched arm, which cannot pull the target nearer: that direction is left out, and the efforts stay small.
+TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
+  const Model model = arm_with_target({.joints = 7});
+  State state = moving_state(model, 0.03);
+  double largest[2] = {};
+  for (int i = 0; i < 2; ++i) {
+    const double bend = i == 0 ? 1e-9 : 0.3;
+    for (int j : arm_joints(model)) state.q[model.bodies()[model.joints()[j]].q] = bend;
+    EffortResponse response(model, arm_joints(model), {});
+    const auto law = detumbling(model);
+    const DetumblingCommand c = detumbling_command(law->law(), state, {}, {0, 0, 0}, response);
+    largest[i] = c.effort.cwiseAbs().maxCoeff();
+    std::printf("  condition %.2g, largest effort %.4g N m\n", c.condition, largest[i]);
+    EXPECT_EQ(c.condition < 1e-6, i == 0);
+    EXPECT_TRUE(law->goes_on());
+  }
+  EXPECT_LT(largest[0], 20 * largest[1]);
 }
 
 // At the ticks of a clock, held between them: as far from the exact motion as the period is long.

@@ -72,6 +72,28 @@ TEST(DetumblingCapture, IsTheSameInColumns) {
   EXPECT_EQ(full.post_impact_end->base.angular_velocity[0], columns.post_impact_end->base.angular_velocity[0]);
 }
 
+// Panels that bend: the target is braked as a rigid body of its present shape.
+TEST(DetumblingCapture, BringsATargetWithPanelsToRest) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
+  p.output_interval = 1;
+  PostImpactSetup& post = *p.post_impact;
+  post.joints = Joints::detumble, post.detumble = DetumbleSetup{0.2, ""};
+  post.base_control.emplace();
+  post.base_control->kd = {400, 400, 400}, post.base_control->limit = {5, 5, 5};
+  const CaptureResult r = simulate_capture(p, {}, CaptureDetail::columns);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  ASSERT_TRUE(r.detumbling);
+  std::printf("  %.3g N m s before, %.3g after, %.4g s of %.4g\n", r.detumbling->angular_momentum_before,
+              r.detumbling->angular_momentum_after, r.detumbling->end - r.detumbling->begin,
+              r.detumbling->expected_duration);
+  EXPECT_EQ(r.detumbling->ended, LawEnd::at_rest);
+  EXPECT_GT(r.detumbling->angular_momentum_before, 1);
+  EXPECT_LT(r.detumbling->angular_momentum_after, 2e-6 * r.detumbling->angular_momentum_before);
+  EXPECT_NEAR(r.detumbling->end - r.detumbling->begin, r.detumbling->expected_duration,
+              0.02 * r.detumbling->expected_duration);
+}
+
 // Not in lanes, and the columns of studies and campaigns have what the report says.
 TEST(DetumblingCapture, InStudiesAndCampaigns) {
   CaptureProblem p = one_arm();

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "finite_elements/frame_model.hpp"
@@ -153,6 +154,102 @@ TEST(CalculiX, AgreesOnAPanelAloneAndWithABase) {
   const Model model = model_of(robot);
   const auto vibrations = elastic_modes(model, zero_state(model), {});
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(vibrations[i].frequency, free[i + 6], 2e-4 * free[i + 6]) << i;
+}
+
+// --- Shells and beams, which CalculiX expands to solids ---
+
+struct Reduced {
+  std::optional<ComponentModes> modes;
+  std::string fault;
+};
+
+// The model of the deck NAME, tied at `nodes`, lines NODE, X, Y, Z.
+Reduced reduce(const TemporaryFolder& folder, const std::string& name, const std::string& nodes,
+               const std::string& others = {}) {
+  FaultList faults;
+  auto mass = read_element_matrix(folder / (name + ".mas"), "", 'M', faults);
+  auto stiffness = read_element_matrix(folder / (name + ".sti"), "", 'K', faults);
+  write_text(folder / "tied.csv", nodes);
+  write_text(folder / "others.csv", others);
+  ElementInterface tied;
+  tied.nodes = read_node_places(folder / "tied.csv", faults);
+  if (!others.empty()) tied.others = read_node_places(folder / "others.csv", faults);
+  ComponentModeSettings settings;
+  settings.modes = 12, settings.below = 1e6;
+  Reduced result;
+  if (faults.empty())
+    result.modes = component_modes(std::move(*mass), std::move(*stiffness), tied, {}, settings, faults);
+  if (!faults.empty()) result.fault = faults.all()[0].text();
+  return result;
+}
+
+TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
+  // A plate of 8-node shells in the plane z = 0.2, 4 by 2 elements, tied along x = 0: one straight line of nodes.
+  const TemporaryFolder folder;
+  constexpr double kSide = 0.6, kDepth = 0.01, kHeight = 0.2;
+  const auto number = [](int i, int j) { return 1 + i * 5 + j; };
+  std::string nodes = "*NODE,NSET=ALL\n", elements = "*ELEMENT,TYPE=S8R,ELSET=PLATE\n", edge, tied;
+  for (int i = 0; i <= 8; ++i) {
+    for (int j = 0; j <= 4; ++j) {
+      if (i % 2 == 1 && j % 2 == 1) continue;
+      nodes += fmt::format("{},{},{},{}\n", number(i, j), i * 0.15, j * kSide / 4, kHeight);
+      if (i == 0) tied += fmt::format("{},0,{},{}\n", number(i, j), j * kSide / 4, kHeight);
+      if (i == 0) edge += fmt::format("{}\n", number(i, j));
+    }
+  }
+  for (int i = 0; i < 8; i += 2) {
+    for (int j = 0; j < 4; j += 2)
+      elements += fmt::format("{},{},{},{},{},{},{},{},{}\n", 100 + i * 5 + j, number(i, j), number(i + 2, j),
+                              number(i + 2, j + 2), number(i, j + 2), number(i + 1, j), number(i + 2, j + 1),
+                              number(i + 1, j + 2), number(i, j + 1));
+  }
+  const std::string deck = nodes + elements +
+                           fmt::format(
+                               "*MATERIAL,NAME=A\n*ELASTIC\n7e10,0.33\n*DENSITY\n2700\n*SHELL "
+                               "SECTION,ELSET=PLATE,MATERIAL=A\n{}\n*NSET,NSET=EDGE\n{}",
+                               kDepth, edge);
+  run(folder, "plate", deck + "*STEP\n*FREQUENCY,SOLVER=MATRIXSTORAGE\n1\n*END STEP\n");
+  const auto clamped = run(folder, "clamped", deck + "*BOUNDARY\nEDGE,1,6\n*STEP\n*FREQUENCY\n6\n*END STEP\n");
+  ASSERT_EQ(clamped.size(), 6u);
+  const Reduced r = reduce(folder, "plate", tied);
+  ASSERT_TRUE(r.modes) << r.fault;
+  // A thin plate of solids is nearly singular: 1e-5 of its mass and of lengths.
+  EXPECT_NEAR(r.modes->mass, 2700 * 1.2 * kSide * kDepth, 1e-3);            // measured 2.4e-4
+  EXPECT_LT(norm(r.modes->com - Vector3d{0.6, kSide / 2, kHeight}), 3e-5);  // measured 9e-6
+  const double m = r.modes->mass;
+  EXPECT_NEAR(r.modes->inertia.xx, m / 12 * (kSide * kSide + kDepth * kDepth), 5e-5 * m);  // measured 1.9e-6
+  EXPECT_NEAR(r.modes->inertia.yy, m / 12 * (1.44 + kDepth * kDepth), 5e-5 * m);           // measured 1.2e-5
+  EXPECT_NEAR(r.modes->inertia.zz, m / 12 * (1.44 + kSide * kSide), 5e-5 * m);             // measured 1.9e-5
+  for (std::size_t k = 0; k < 6; ++k)
+    EXPECT_NEAR(r.modes->modes[k].frequency, clamped[k], 1e-4 * clamped[k]) << k;  // measured 1.5e-5
+  // One node does not say how far the solids extend; other places help, and wrong ones are found.
+  const std::string one = fmt::format("3,0,{},{}\n", kSide / 2, kHeight);
+  EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the solids"), std::string::npos);
+  EXPECT_TRUE(reduce(folder, "plate", one, fmt::format("43,1.2,{},{}\n", kSide / 2, kHeight)).modes);
+  EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not go with the matrices"),
+            std::string::npos);
+}
+
+TEST(CalculiX, BeamsAreReducedFromTheSolidsTheyBecome) {
+  const TemporaryFolder folder;
+  std::string deck = "*NODE,NSET=ALL\n";
+  for (int i = 0; i <= 12; ++i) deck += fmt::format("{},{},0,0\n", i + 1, i * 0.1);
+  deck += "*ELEMENT,TYPE=B32,ELSET=BEAM\n";
+  for (int i = 0; i < 6; ++i) deck += fmt::format("{},{},{},{}\n", i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3);
+  deck +=
+      "*MATERIAL,NAME=A\n*ELASTIC\n7e10,0.33\n*DENSITY\n2700\n*BEAM "
+      "SECTION,ELSET=BEAM,MATERIAL=A,SECTION=RECT\n0.05,0.03\n0,1,0\n";
+  run(folder, "beam", deck + "*STEP\n*FREQUENCY,SOLVER=MATRIXSTORAGE\n1\n*END STEP\n");
+  const auto clamped = run(folder, "clamped", deck + "*BOUNDARY\n1,1,6\n*STEP\n*FREQUENCY\n6\n*END STEP\n");
+  const Reduced r = reduce(folder, "beam", "1,0,0,0\n", "13,1.2,0,0\n");
+  ASSERT_TRUE(r.modes) << r.fault;
+  const double m = 2700 * 1.2 * 0.05 * 0.03;
+  EXPECT_NEAR(r.modes->mass, m, 1e-6);
+  EXPECT_LT(norm(r.modes->com - Vector3d{0.6, 0, 0}), 1e-6);
+  EXPECT_NEAR(r.modes->inertia.xx, m / 12 * (0.05 * 0.05 + 0.03 * 0.03), 1e-6 * m);
+  EXPECT_NEAR(r.modes->inertia.yy, m / 12 * (1.44 + 0.03 * 0.03), 1e-5 * m);
+  ASSERT_EQ(clamped.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(r.modes->modes[k].frequency, clamped[k], 1e-2 * clamped[k]) << k;
 }
 
 }  // namespace calculix_test

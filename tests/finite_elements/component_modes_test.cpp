@@ -205,6 +205,33 @@ TEST(ComponentModes, OfTiedNodes) {
   EXPECT_THAT(faults.all().back().message, HasSubstr("three that are not on one line"));
 }
 
+// Nastran's displacements may be along the axes of other systems: only the interface's nodes have to be along the
+// model's.
+TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
+  const FrameModel model = bent_mast(2);
+  TemporaryFolder folder;
+  const auto fault = [&](const std::string& grids) {
+    write_text(folder / "m.bdf", grids + dmig("MAAX", model.M, DmigFields::free) +
+                                     dmig("KAAX", 0.5 * (model.K + model.K.transpose()), DmigFields::free));
+    FaultList faults;
+    auto mass = read_element_matrix(folder / "m.bdf", "", 'M', faults),
+         stiffness = read_element_matrix(folder / "m.bdf", "", 'K', faults);
+    EXPECT_TRUE(mass && stiffness);
+    if (component_modes(std::move(*mass), std::move(*stiffness), at_node(101), {}, settings(3), faults))
+      return std::string();
+    return faults.all().back().message;
+  };
+  EXPECT_EQ(fault(""), "");
+  EXPECT_EQ(fault("GRID,101,5,0.,0.,0.,0\nGRID,102,,1.,0.,0.,7\n"), "");  // CD of another node; CP does not matter
+  EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has its displacements in coordinate system 7"));
+  EXPECT_THAT(fault("GRID         101              0.      0.      0.       7\n"), HasSubstr("coordinate system 7"));
+  EXPECT_THAT(fault("GRID*                101                              0.              0.\n"
+                    "*                     0.               7\n"),
+              HasSubstr("coordinate system 7"));
+  EXPECT_THAT(fault("GRDSET,,,,,,3\nGRID,101,,0.,0.,0.\n"), HasSubstr("coordinate system 3"));
+  EXPECT_EQ(fault("GRDSET,,,,,,3\nGRID,101,,0.,0.,0.,0\n"), "");
+}
+
 TEST(ComponentModes, SayWhatIsWrong) {
   const FrameModel good = bent_mast(3);
   EXPECT_THAT(fault_of(good, at_node(99)), HasSubstr("node 99, is not in the matrices; their nodes are 101, 102"));

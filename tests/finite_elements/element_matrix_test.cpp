@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "finite_elements/frame_model.hpp"
 
 namespace grapnel::testing {
@@ -50,6 +52,8 @@ TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
   write_text(folder / "dense.op4", output4("KXX", K, Output4Layout::dense) + output4("MXX", M, Output4Layout::dense));
   write_text(folder / "strings.op4", output4("KXX", K, Output4Layout::strings));
   write_text(folder / "wide.op4", output4("KXX", K, Output4Layout::wide_strings));
+  write_text(folder / "job_STIF1.mtx", abaqus_coordinates(K));
+  write_text(folder / "job_STIF2.mtx", abaqus_labels(K));
   expect_equal(read(folder / "list.mtx"), K, 0, false);
   expect_equal(read(folder / "array.mtx"), K, 0, false);
   expect_equal(read(folder / "table.csv"), K, 0, false);
@@ -63,6 +67,131 @@ TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
   expect_equal(read(folder / "dense.op4", "", 'M'), M, 1e-15, false);
   expect_equal(read(folder / "strings.op4"), K, 1e-15, false);
   expect_equal(read(folder / "wide.op4"), K, 1e-15, false);
+  expect_equal(read(folder / "job_STIF1.mtx"), K, 1e-15, false);
+  expect_equal(read(folder / "job_STIF2.mtx"), K, 1e-15, true);
+}
+
+TEST(ElementMatrixFiles, BinaryOutput4OfEveryKindHoldsTheSame) {
+  const FrameModel model = bent_mast(2);
+  const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
+  TemporaryFolder folder;
+  for (int form = 0; form < 48; ++form) {
+    Output4Bytes bytes;
+    bytes.is_big_endian = form % 2 == 1;
+    bytes.word = form / 2 % 2 == 0 ? 4 : 8, bytes.marker = form / 4 % 2 == 0 ? 4 : 8;
+    bytes.is_single = form / 8 % 2 == 1;
+    bytes.layout = std::array{Output4Layout::dense, Output4Layout::strings, Output4Layout::wide_strings}.at(
+        static_cast<std::size_t>(form / 16));
+    // Single precision has single words, which are as long as all words: a double where they have eight bytes.
+    const double tolerance = bytes.is_single && bytes.word == 4 ? 6e-8 : 0;  // measured 3.2e-8
+    // A complex and a rectangular matrix before and behind it, with the same initial.
+    Output4Bytes complex = bytes;
+    complex.is_complex = true;
+    write_text(folder / "all.op4", output4_binary("K4XX", K, complex) + output4_binary("KRECT", K.leftCols(5), bytes) +
+                                       output4_binary("KAAX", K, bytes) + output4_binary("K5", K, complex));
+    SCOPED_TRACE(form);
+    expect_equal(read(folder / "all.op4"), K, tolerance, false);
+    write_text(folder / "one.op4", output4_binary("STIFNESS", K, bytes));
+    expect_equal(read(folder / "one.op4", "stifness"), K, tolerance, false);
+  }
+}
+
+TEST(ElementMatrixFiles, WithAComplexMatrixElsewhereGiveTheRealOne) {
+  const Eigen::MatrixXd K = Eigen::Vector3d(2, 3, 4).asDiagonal();
+  TemporaryFolder folder;
+  // Two numbers for an entry: one column, dense and in strings.
+  const std::string head = fmt::format("{:8}{:8}{:8}{:8}{:8}1P,3E24.16\n", 3, 3, 6, 4, "KC");
+  const std::string six =
+      fmt::format("{:24.16E}{:24.16E}{:24.16E}\n{:24.16E}{:24.16E}{:24.16E}\n", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0);
+  const std::string end = fmt::format("{:8}{:8}{:8}\n{:24.16E}\n", 4, 1, 1, 1.0);
+  const std::string dense = head + fmt::format("{:8}{:8}{:8}\n", 2, 1, 6) + six + end;
+  const std::string strings = head + fmt::format("{:8}{:8}{:8}\n{:12}\n", 2, 0, 13, 1 + 65536 * 13) + six + end;
+  for (const std::string& other : {dense, strings}) {
+    write_text(folder / "k.op4", other + output4("KAAX", K, Output4Layout::strings));
+    EXPECT_EQ(Eigen::MatrixXd(read(folder / "k.op4").A), K);
+  }
+  write_text(folder / "k.pch",
+             "DMIG,KC,0,6,3,0\nDMIG,KC,1,1,,1,1,1.0,2.0\nDMIG,KR,0,9,2,0,,,2\n" + dmig("KAAX", K, DmigFields::free));
+  EXPECT_EQ(Eigen::MatrixXd(read(folder / "k.pch").A), K);
+  FaultList faults;
+  EXPECT_FALSE(read_element_matrix(folder / "k.pch", "KC", 'K', faults));
+  EXPECT_THAT(faults.all().back().message, HasSubstr("must be real"));
+}
+
+// What a condensation leaves of a determinate interface's stiffness is rounding of the entries that it was made of.
+TEST(ElementMatrixFiles, AreSymmetricWithinTheRoundingOfTheirLargestEntry) {
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(7, 7);
+  K(6, 6) = 88.8, K(0, 0) = 2e-13, K(0, 1) = 7e-14, K(1, 0) = 1.1e-13;
+  Eigen::MatrixXd wrong = K;
+  wrong(0, 1) = 1e-9;
+  TemporaryFolder folder;
+  Output4Bytes binary;
+  const auto square = [](std::string text) {  // form 1: both triangles are there
+    return text.replace(16, 8, "       1");
+  };
+  const auto check = [&](const Eigen::MatrixXd& A, bool is_symmetric) {
+    write_text(folder / "a.mtx", matrix_market_array(A));
+    write_text(folder / "b.mtx", abaqus_coordinates(A));
+    write_text(folder / "c.csv", table(A));
+    write_text(folder / "d.op4", square(output4("KXX", A, Output4Layout::dense)));
+    std::string bytes = output4_binary("KXX", A, binary);
+    bytes[4 + 8] = 1;
+    write_text(folder / "e.op4", bytes);
+    std::string full;
+    for (int r = 0; r < 7; ++r) {
+      for (int c = 0; c < 7; ++c) full += fmt::format("DMIG,K,{},0,,{},0,{}\n", c + 1, r + 1, A(r, c));
+    }
+    write_text(folder / "f.pch", "DMIG,K,0,1,2,0\n" + full);
+    for (const char* name : {"a.mtx", "b.mtx", "c.csv", "d.op4", "e.op4", "f.pch"}) {
+      FaultList faults;
+      const auto read = read_element_matrix(folder / name, "", 'K', faults);
+      ASSERT_EQ(read.has_value(), is_symmetric) << name;
+      if (read) {
+        EXPECT_EQ(read->A.coeff(0, 1), read->A.coeff(1, 0)) << name;
+      } else {
+        EXPECT_THAT(faults.all()[0].message, HasSubstr("not symmetric")) << name;
+      }
+    }
+  };
+  check(K, true);
+  check(wrong, false);
+}
+
+TEST(ElementMatrixFiles, TakeNamesFromAFileBesideThem) {
+  const FrameModel model = bent_mast(2);
+  const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
+  TemporaryFolder folder;
+  write_text(folder / "k.mtx", matrix_market_list(K));
+  write_text(folder / "k.op4", output4("KXX", K, Output4Layout::dense));
+  write_text(folder / "k.csv", table(K));
+  write_text(folder / "k.dof", calculix_dofs(K));
+  for (const char* name : {"k.mtx", "k.op4", "k.csv"}) expect_equal(read(folder / name), K, 1e-15, true);
+  // Other forms of the same.
+  static constexpr const char* kNames[] = {"UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"};
+  std::string blanks, mapping = "Matrix Eqn  Node  DOF\n";
+  for (int row = 0; row < K.rows(); ++row) {
+    blanks += fmt::format("{} {}  # a comment\n", 101 + row / 6, row % 6 + 1);
+    mapping += fmt::format("{} {} {}\n", row + 1, 101 + row / 6, kNames[row % 6]);
+  }
+  for (const std::string& text : {blanks, mapping}) {
+    write_text(folder / "names.txt", text);
+    FaultList faults;
+    const auto named = read_element_matrix(folder / "k.mtx", "", 'K', faults, folder / "names.txt");
+    ASSERT_TRUE(named) << faults.all()[0].text();
+    expect_equal(*named, K, 1e-15, true);
+  }
+  const auto fault = [&](const std::string& file, const std::string& names) {
+    write_text(folder / "names.txt", names);
+    FaultList faults;
+    EXPECT_FALSE(read_element_matrix(folder / file, "", 'K', faults, folder / "names.txt"));
+    return faults.empty() ? std::string() : faults.all()[0].text();
+  };
+  EXPECT_THAT(fault("k.mtx", "1.1\n1.2\n"), HasSubstr("names 2 rows, and"));
+  EXPECT_THAT(fault("k.mtx", "1.1\n1.7\n"), HasSubstr("names.txt:2:1: error: must be NODE.COMPONENT"));
+  EXPECT_THAT(fault("k.mtx", "2 1 UX\n"), HasSubstr("must be NODE.COMPONENT"));
+  EXPECT_THAT(fault("k.mtx", "\n"), HasSubstr("names no rows"));
+  write_text(folder / "k.pch", dmig("KAAX", K, DmigFields::wide));
+  EXPECT_THAT(fault("k.pch", blanks), HasSubstr("the file names its rows itself"));
 }
 
 // Small fields of eight characters, numbers without an E, scalar points, two rows a line.
@@ -102,7 +231,12 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   };
   EXPECT_THAT(fault("a.xlsx", ""), HasSubstr("ends in .mtx"));
   const std::string head = "%%MatrixMarket matrix coordinate real symmetric\n";
-  EXPECT_THAT(fault("a.mtx", "1 2 3\n"), HasSubstr("a.mtx:1:1: a Matrix Market file begins with"));
+  EXPECT_THAT(fault("a.mtx", "%MatrixMarket\n"), HasSubstr("a.mtx:1:1: a Matrix Market file begins with"));
+  EXPECT_THAT(fault("a.mtx", "1 2\n"), HasSubstr("a.mtx:1:1: a .mtx file is a Matrix Market file"));
+  EXPECT_THAT(fault("a.mtx", "1 1 2\n1 0 3\n"), HasSubstr("a.mtx:2:3: a row or column must be from 1"));
+  EXPECT_THAT(fault("a.mtx", "1,8,1,8,2.0\n"), HasSubstr("a node and its degree of freedom from 1 to 6"));
+  EXPECT_THAT(fault("a.mtx", "1 1 1e36\n"), HasSubstr("a boundary condition holds"));
+  EXPECT_THAT(fault("a.mtx", "** nothing\n"), HasSubstr("no entries"));
   EXPECT_THAT(fault("a.mtx", "%%MatrixMarket matrix coordinate complex hermitian\n"),
               HasSubstr("'coordinate complex hermitian'"));
   EXPECT_THAT(fault("a.mtx", head + "3 4 1\n1 1 1\n"), HasSubstr("a.mtx:2:3: the matrix must be square"));
@@ -124,7 +258,7 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   EXPECT_THAT(fault("b.sti", "1 3 1\n"), HasSubstr("b.sti:1:3: a row or column must be from 1 to 2"));
   EXPECT_THAT(fault("a.pch", "GRID,1\n"), HasSubstr("no DMIG matrix"));
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\nDMIG,KB,0,6,1,0\n"),
-              HasSubstr("the file has KA, KB; say which one with --stiffness-name"));
+              HasSubstr("the file has KA, KB; select one with --stiffness-name"));
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,1,0\n", "KAX"), HasSubstr("no matrix 'KAX'; did you mean 'KA'?"));
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,2,1,0\n"), HasSubstr("a.pch:1:11: the form of matrix KA must be 6"));
   EXPECT_THAT(fault("a.pch", "DMIG,KA,0,6,3,0\n"), HasSubstr("must be real"));
@@ -137,11 +271,16 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   EXPECT_THAT(fault("a.op4", one.substr(0, one.size() / 2)), HasSubstr("a.op4:"));
   EXPECT_THAT(fault("a.op4", ""), HasSubstr("no OUTPUT4 matrix"));
   // Cut anywhere, or with a byte changed: a fault or a matrix, never a crash.
-  const std::string texts[] = {one, dmig("KA", Eigen::MatrixXd::Identity(3, 3), DmigFields::wide),
-                               matrix_market_list(Eigen::MatrixXd::Identity(3, 3)),
-                               output4("KXX", Eigen::MatrixXd::Identity(3, 3), Output4Layout::strings)};
-  const char* names[] = {"c.op4", "c.pch", "c.mtx", "d.op4"};
-  for (std::size_t k = 0; k < 4; ++k) {
+  const std::string texts[] = {
+      one,
+      dmig("KA", Eigen::MatrixXd::Identity(3, 3), DmigFields::wide),
+      matrix_market_list(Eigen::MatrixXd::Identity(3, 3)),
+      output4("KXX", Eigen::MatrixXd::Identity(3, 3), Output4Layout::strings),
+      output4_binary("KXX", Eigen::MatrixXd::Identity(3, 3), Output4Bytes()),
+      output4_binary("KXX", Eigen::MatrixXd::Identity(3, 3), {true, 8, 4, false, false, Output4Layout::strings}),
+      abaqus_labels(Eigen::MatrixXd::Identity(3, 3))};
+  const char* names[] = {"c.op4", "c.pch", "c.mtx", "d.op4", "e.op4", "f.op4", "e.mtx"};
+  for (std::size_t k = 0; k < std::size(texts); ++k) {
     for (std::size_t at = 0; at < texts[k].size(); at += 3) {
       for (const bool is_cut : {true, false}) {
         std::string damaged = is_cut ? texts[k].substr(0, at) : texts[k];

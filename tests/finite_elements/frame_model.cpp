@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <atomic>
+#include <bit>
+#include <cstdint>
 #include <fstream>
 
 namespace grapnel::testing {
@@ -219,6 +221,108 @@ std::string output4(const std::string& name, const MatrixXd& A, Output4Layout la
     }
   }
   return text + fmt::format("{:8}{:8}{:8}\n{:24.16E}\n", n + 1, 1, 1, 1.0);
+}
+
+std::string abaqus_coordinates(const MatrixXd& A) {
+  std::string text;
+  for (int c = 0; c < A.cols(); ++c) {
+    for (int r = 0; r < A.rows(); ++r) {
+      if (A(r, c) != 0) text += fmt::format("{}  {}  {:.15e}\n", r + 1, c + 1, A(r, c));
+    }
+  }
+  return text;
+}
+
+std::string abaqus_labels(const MatrixXd& A) {
+  const std::vector<ElementDof> dofs = dofs_of(A);
+  std::string text = "**\n*MATRIX INPUT, NAME=K\n";
+  for (std::size_t c = 0; c < dofs.size(); ++c) {
+    for (std::size_t r = c; r < dofs.size(); ++r) {
+      const double value = A(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+      if (value != 0)
+        text += fmt::format("{},{}, {},{}, {:.15e}\n", dofs[r].node, dofs[r].component, dofs[c].node, dofs[c].component,
+                            value);
+    }
+  }
+  return text;
+}
+
+namespace {
+
+class Output4Writer {
+ public:
+  explicit Output4Writer(const Output4Bytes& form) : form_(form) {}
+
+  static void put(std::string& to, std::uint64_t value, int size, bool is_big_endian) {
+    for (int k = 0; k < size; ++k) to += static_cast<char>(value >> 8 * (is_big_endian ? size - 1 - k : k));
+  }
+  void word(std::string& to, long long value) const {
+    put(to, static_cast<std::uint64_t>(value), form_.word, form_.is_big_endian);
+  }
+  // Words that a real number has.
+  int words() const { return form_.is_single || form_.word == 8 ? 1 : 2; }
+  void number(std::string& to, double value) const {
+    for (const double part : {value, 1.0}) {
+      if (form_.is_single && form_.word == 4)
+        put(to, std::bit_cast<std::uint32_t>(static_cast<float>(part)), 4, form_.is_big_endian);
+      else
+        put(to, std::bit_cast<std::uint64_t>(part), 8, form_.is_big_endian);
+      if (!form_.is_complex) return;
+    }
+  }
+  void record(std::string& to, const std::string& content) const {
+    for (int k = 0; k < 2; ++k) {
+      put(to, content.size(), form_.marker, form_.is_big_endian);
+      if (k == 0) to += content;
+    }
+  }
+
+ private:
+  const Output4Bytes& form_;
+};
+
+}  // namespace
+
+std::string output4_binary(const std::string& name, const MatrixXd& A, const Output4Bytes& form) {
+  const Output4Writer bytes(form);
+  const bool wide = form.layout == Output4Layout::wide_strings;
+  std::string text, record;
+  bytes.word(record, A.cols()), bytes.word(record, wide ? -A.rows() : A.rows());
+  bytes.word(record, A.rows() == A.cols() ? 6 : 2), bytes.word(record, (form.is_complex ? 3 : 1) + !form.is_single);
+  if (form.word == 4)
+    record += fmt::format("{:8}", name);
+  else  // four characters a word
+    record += fmt::format("{:8}{:8}", name.substr(0, 4), name.size() > 4 ? name.substr(4) : "");
+  bytes.record(text, record);
+  const int each = bytes.words() * (form.is_complex ? 2 : 1);
+  for (int c = 0; c < A.cols(); ++c) {
+    std::vector<std::pair<int, int>> strings;
+    for (int r = 0; r < A.rows(); ++r) {
+      if (A(r, c) == 0) continue;
+      if (strings.empty() || (strings.back().second != r && form.layout != Output4Layout::dense))
+        strings.emplace_back(r, r);
+      strings.back().second = r + 1;
+    }
+    if (strings.empty()) continue;
+    record.clear();
+    for (const auto& [begin, end] : strings) {
+      const long long length = static_cast<long long>(each) * (end - begin);
+      if (wide) bytes.word(record, length + 1), bytes.word(record, begin + 1);
+      if (form.layout == Output4Layout::strings) bytes.word(record, begin + 1 + 65536 * (length + 1));
+      for (int r = begin; r < end; ++r) bytes.number(record, A(r, c));
+    }
+    std::string head;
+    bytes.word(head, c + 1), bytes.word(head, form.layout == Output4Layout::dense ? strings[0].first + 1 : 0);
+    bytes.word(head, static_cast<long long>(record.size()) / form.word);
+    bytes.record(text, head + record);
+  }
+  record.clear();
+  bytes.word(record, A.cols() + 1), bytes.word(record, 1), bytes.word(record, bytes.words());
+  Output4Bytes real = form;
+  real.is_complex = false;
+  Output4Writer(real).number(record, 1.4142135623730951);
+  bytes.record(text, record);
+  return text;
 }
 
 }  // namespace grapnel::testing

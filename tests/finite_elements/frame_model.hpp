@@ -61,5 +61,17 @@ enum class DmigFields { wide, free };
 std::string dmig(const std::string& name, const Eigen::MatrixXd& A, DmigFields fields);  // likewise
 enum class Output4Layout { dense, strings, wide_strings };
 std::string output4(const std::string& name, const Eigen::MatrixXd& A, Output4Layout layout);
+std::string abaqus_coordinates(const Eigen::MatrixXd& A);
+std::string abaqus_labels(const Eigen::MatrixXd& A);  // of nodes from 101 on, one triangle
+
+/// How Fortran programs write OUTPUT4 in binary.
+struct Output4Bytes {
+  bool is_big_endian = false;
+  int word = 4, marker = 4;  // [bytes]
+  bool is_single = false, is_complex = false;
+  Output4Layout layout = Output4Layout::dense;
+};
+/// Of complex matrices the imaginary part is 1 everywhere. May be rectangular.
+std::string output4_binary(const std::string& name, const Eigen::MatrixXd& A, const Output4Bytes& form);
 
 }  // namespace grapnel::testing

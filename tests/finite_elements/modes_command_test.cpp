@@ -60,6 +60,28 @@ end_effectors:
   EXPECT_THAT(info.out, HasSubstr("10.4388 Hz"));
 }
 
+// A Craig and Bampton model of one mode: six motions of a determinate interface, whose stiffness is rounding.
+TEST_F(ModesCommand, TakesAllModesOfASmallModel) {
+  write("m.csv",
+        "10 0 0 0 0 0 1\n0 10 0 0 0 0 2\n0 0 10 0 0 0 0\n0 0 0 4 0 0 0\n0 0 0 0 5 0 0\n0 0 0 0 0 6 0\n"
+        "1 2 0 0 0 0 1\n");
+  write("k.csv",
+        "1e-13 2e-14 0 0 0 0 0\n9e-14 1e-13 0 0 0 0 0\n0 0 0 0 0 0 0\n0 0 0 0 0 0 0\n0 0 0 0 0 0 0\n0 0 0 0 0 0 0\n"
+        "0 0 0 0 0 0 88.8264396\n");
+  const std::string command = "modes --mass m.csv --stiffness k.csv --units m-kg-s ";
+  const auto made = run(command + "--expect 1.5");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("1.5 Hz"));
+  EXPECT_EQ(run(command + "--modes 7").code, 0);
+  const auto many = run(command + "--modes 8");
+  EXPECT_EQ(many.code, 2);
+  EXPECT_THAT(many.err, HasSubstr("--modes 8: error: the matrices have 7 rows only"));
+  // With names beside the matrices, or in one file for both.
+  write("m.dof", "1 1\n1 2\n1 3\n1 4\n1 5\n1 6\n1001 0\n");
+  EXPECT_THAT(run(command).err, HasSubstr("the rows have no names, those of 'm.csv' have"));
+  EXPECT_EQ(run(command + "--row-names m.dof --interface 1 --expect 1.5").code, 0);
+}
+
 TEST_F(ModesCommand, SaysWhatIsWrong) {
   const auto fails = [&](const std::string& arguments, const std::string& text) {
     const auto o = run(arguments);

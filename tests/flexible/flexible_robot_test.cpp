@@ -135,11 +135,7 @@ TEST(TargetBodies, AreTheWholeTargetAtRest) {
   for (BodyDescription body : target_bodies(target).bodies) builder.add(std::move(body));
   const Model model = builder.build();
   std::vector<std::string> names;
-  for (const Body& body : model.bodies()) {
-    EXPECT_TRUE(belongs_to_target(body.description.name, "satellite"));
-    EXPECT_FALSE(belongs_to_target(body.description.name, "sat"));
-    names.push_back(body.description.name);
-  }
+  for (const Body& body : model.bodies()) names.push_back(body.description.name);
   EXPECT_THAT(names, ::testing::ElementsAre("target:satellite", "target:satellite/wing", "target:satellite/wing:1",
                                             "target:satellite/wing:2", "target:satellite/antenna"));
   State state = zero_state(model);

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -82,6 +85,35 @@ TEST(FmuController, IsTheSameLawOneSampleLater) {
   EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, to the last bit
 }
 
+// Inputs that are no signals: of every type, constants or left as they start. The FMU adds gain to what it is told, if
+// its switch is on, its count is 3 and its name "fine".
+TEST(FmuController, InputsThatAreNoSignals) {
+  const auto inputs = [](const std::string& more) {
+    return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
+  };
+  for (const char* name : {"fmu_inputs_2", "fmu_inputs_3"}) {
+    // Left alone those of other types are no fault; a real one has to be named.
+    expect_has(fault_of(name), "nothing says what its input 'unused' is");
+    EXPECT_EQ(fault_of(name, kGains, inputs(", unused: start")), "");
+    EXPECT_EQ(fault_of(name, kGains, inputs(", unused: null")), "");
+    const CaptureResult plain = simulate_capture(with_fmu(name, kGains, inputs(", unused: start")));
+    const CaptureResult same =
+        simulate_capture(with_fmu(name, kGains, inputs(", unused: 7.5, switched: true, counted: 3, called: fine")));
+    ASSERT_TRUE(plain.post_impact_end && same.post_impact_end) << plain.failure << same.failure;
+    EXPECT_EQ(apart(plain, same), 0);
+    const CaptureResult refused =
+        simulate_capture(with_fmu(name, kGains + std::string(", does: checks"), inputs(", unused: 7.5")));
+    expect_has(refused.failure, "its inputs are not as they should be");
+    const CaptureResult taken =
+        simulate_capture(with_fmu(name, kGains + std::string(", does: checks"),
+                                  inputs(", unused: 7.5, switched: true, counted: 3, called: fine")));
+    EXPECT_EQ(taken.failure, "");
+    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 1.5")), "which 1.5 is not");
+    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected is a ");
+    expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is no signal");
+  }
+}
+
 TEST(FmuController, EndsWithWhatTheFmuSays) {
   const auto failure = [](const char* name, const std::string& parameters) {
     const CaptureResult result = simulate_capture(with_fmu(name, parameters));
@@ -107,6 +139,30 @@ TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
               "grapnel: the FMU '.*fmu_3.fmu' crashed \\(segmentation fault\\) in fmi3DoStep\\(\\) at t = 20.000000 s");
 }
 
+// Not even a crash leaves what was unpacked among the temporary files.
+TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  // The child runs this too, with another folder of temporary files.
+  const std::filesystem::path folder = std::filesystem::absolute("grapnel_fmu_crash_test");
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "/tmp";
+  std::filesystem::create_directories(folder);
+  ::setenv("TMPDIR", folder.c_str(), 1);
+  EXPECT_EXIT(simulate_capture(with_fmu("fmu_3", "does: crashes")), ::testing::ExitedWithCode(1), "crashed");
+  EXPECT_EXIT(
+      {
+        const auto problem = with_fmu("fmu_3");
+        ::raise(SIGKILL);
+      },
+      ::testing::KilledBySignal(SIGKILL), "");
+  { const auto problem = with_fmu("fmu_3"); }
+  ::setenv("TMPDIR", kept.c_str(), 1);
+  for (int i = 0; i < 500 && !std::filesystem::is_empty(folder); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  std::filesystem::remove_all(folder);
+}
+
 TEST(FmuController, RefusesWhatDoesNotFit) {
   EXPECT_EQ(fault_of("fmu_2"), "");
   expect_has(fault_of("nowhere"), "nowhere.fmu");
@@ -122,7 +178,13 @@ TEST(FmuController, RefusesWhatDoesNotFit) {
   expect_has(fault_of("fmu_2", kGains, "{'goal[1]': 'positoin[1]'}"),
              "control.inputs: 'positoin[1]' is no signal; did you mean 'position[1]'?");
   expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "is of causality output, expected is input");
-  expect_has(fault_of("fmu_2", kGains, "{}"), "nothing says what its input 'goal[1]' is");
+  expect_has(fault_of("fmu_2", kGains, "{}"),
+             "nothing says what its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are");
+  // All at once.
+  const std::string all = fault_of("fmu_2", "ki: 3, kp: true", "{'goal[7]': 'position[1]', 'goal[1]': 'positoin[1]'}");
+  for (const char* part : {"has no variable 'ki'", "is a Real, which true is not", "has no variable 'goal[7]'",
+                           "'positoin[1]' is no signal", "its inputs 'goal[2]', "})
+    expect_has(all, part);
   expect_has(fault_of("fmu_2", "ki: 3"), "has no variable 'ki'");
   expect_has(fault_of("fmu_2", "inside: 3"), "is of causality local, expected is parameter");
   expect_has(fault_of("fmu_2", "kp: true"), "is a Real, which true is not");

@@ -1,8 +1,9 @@
 /* An FMU for co-simulation of the project's own, for FMI 2.0 or 3.0 (FMI_VERSION): proportional and derivative in six
    joints, and a damper on the base, as examples/controllers/own_pd.c. Its outputs are zero until its first step. "does"
-   says what it does wrong: "nothing", "refuses", "discards", "fails", "nan", "crashes". References: 0 + j position, 20 + j
-   rate, 40 + j desired position, 60 + j desired rate, 80 + k angular velocity of the base, 100 + j effort, 120 + k torque
-   on the base; 200 kp, 201 kd, 202 base_kd; 203 whole; 204 on; 205 does. */
+   says what it does wrong: "nothing", "refuses", "checks", "discards", "fails", "nan", "crashes". References: 0 + j
+   position, 20 + j rate, 40 + j desired position, 60 + j desired rate, 80 + k angular velocity of the base, 100 + j
+   effort, 120 + k torque on the base; 200 kp, 201 kd, 202 base_kd; 203 whole; 204 on; 205 does; inputs of FMUs that
+   have them: 210 unused, 211 switched, 212 counted, 213 called, which it "checks". */
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -22,8 +23,9 @@
 typedef struct {
   double value[300], time;
   int whole, initialized;
-  bool on;
-  char does[32];
+  bool on, switched;
+  int counted;
+  char does[32], called[32];
   void* environment;
 #if FMI_VERSION == 2
   void (*log)(void*, const char*, int, const char*, const char*, ...);
@@ -74,8 +76,16 @@ static int set(model* m, const unsigned* r, size_t n, const double* v) {
   for (i = 0; i < n; ++i) m->value[r[i]] = v[i];
   return 0;
 }
-static int set_text(model* m, const char* text) {
-  strncpy(m->does, text, sizeof(m->does) - 1);
+static int set_text(model* m, unsigned r, const char* text) {
+  strncpy(r == 213 ? m->called : m->does, text, sizeof(m->does) - 1);
+  return 0;
+}
+static int set_whole(model* m, unsigned r, int value) {
+  *(r == 212 ? &m->counted : &m->whole) = value;
+  return 0;
+}
+static int set_flag(model* m, unsigned r, bool value) {
+  *(r == 211 ? &m->switched : &m->on) = value;
   return 0;
 }
 static int enter(model* m, double start) {
@@ -85,6 +95,11 @@ static int enter(model* m, double start) {
   return 3;
 }
 static int leave(model* m) {
+  if (!strcmp(m->does, "checks") &&
+      !(m->value[210] == 7.5 && m->switched && m->counted == 3 && !strcmp(m->called, "fine"))) {
+    say(m, "its inputs are not as they should be");
+    return 3;
+  }
   m->initialized = 1;
   return 0;
 }
@@ -123,16 +138,13 @@ EXPORT int fmi2Terminate(void* m) { return (void)m, 0; }
 EXPORT int fmi2GetReal(void* m, const unsigned* r, size_t n, double* v) { return get(m, r, n, v); }
 EXPORT int fmi2SetReal(void* m, const unsigned* r, size_t n, const double* v) { return set(m, r, n, v); }
 EXPORT int fmi2SetInteger(void* m, const unsigned* r, size_t n, const int* v) {
-  (void)r, (void)n;
-  return ((model*)m)->whole = v[0], 0;
+  return (void)n, set_whole(m, r[0], v[0]);
 }
 EXPORT int fmi2SetBoolean(void* m, const unsigned* r, size_t n, const int* v) {
-  (void)r, (void)n;
-  return ((model*)m)->on = v[0] != 0, 0;
+  return (void)n, set_flag(m, r[0], v[0] != 0);
 }
 EXPORT int fmi2SetString(void* m, const unsigned* r, size_t n, const char* const* v) {
-  (void)r, (void)n;
-  return set_text(m, v[0]);
+  return (void)n, set_text(m, r[0], v[0]);
 }
 #ifdef TEST_NO_STEP
 #define fmi2DoStep of_another_name
@@ -171,16 +183,13 @@ EXPORT int fmi3SetFloat64(void* m, const unsigned* r, size_t n, const double* v,
   return n == nv ? set(m, r, n, v) : 3;
 }
 EXPORT int fmi3SetInt32(void* m, const unsigned* r, size_t n, const int32_t* v, size_t nv) {
-  (void)r, (void)n, (void)nv;
-  return ((model*)m)->whole = v[0], 0;
+  return (void)n, (void)nv, set_whole(m, r[0], v[0]);
 }
 EXPORT int fmi3SetBoolean(void* m, const unsigned* r, size_t n, const bool* v, size_t nv) {
-  (void)r, (void)n, (void)nv;
-  return ((model*)m)->on = v[0], 0;
+  return (void)n, (void)nv, set_flag(m, r[0], v[0]);
 }
 EXPORT int fmi3SetString(void* m, const unsigned* r, size_t n, const char* const* v, size_t nv) {
-  (void)r, (void)n, (void)nv;
-  return set_text(m, v[0]);
+  return (void)n, (void)nv, set_text(m, r[0], v[0]);
 }
 EXPORT int fmi3DoStep(void* m, double t, double h, bool no_return, bool* event, bool* ends, bool* early, double* last) {
   (void)no_return;

@@ -68,11 +68,30 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first, 1, &value, 2), fmi::kError);
       expect_has(plant.said, "as many values as value references");
     }
+    // Arrays that are missing.
+    const fmi::Reference first_one = 1;
+    if (version == 2) {
+      EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, nullptr, 1, &value), fmi::kError);
+      expect_has(plant.said, "fmi2GetReal: an array is a null pointer");
+      EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, &first_one, 1, nullptr), fmi::kError);
+      EXPECT_EQ(plant.function<fmi::SetReal2>("SetReal")(plant.instance, &first_one, 1, nullptr), fmi::kError);
+      EXPECT_EQ(plant.function<fmi::SetBoolean2>("SetBoolean")(plant.instance, nullptr, 1, nullptr), fmi::kError);
+      EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, nullptr, 0, nullptr), fmi::kOk);
+      using Ask = int (*)(fmi::Instance, int, double*);
+      EXPECT_EQ(plant.function<Ask>("GetRealStatus")(plant.instance, 2, nullptr), fmi::kError);
+    } else {
+      EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, nullptr, 1, &value, 1), fmi::kError);
+      expect_has(plant.said, "fmi3GetFloat64: an array is a null pointer");
+      EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first_one, 1, nullptr, 1), fmi::kError);
+      EXPECT_EQ(plant.function<fmi::SetFloat3>("SetFloat64")(plant.instance, nullptr, 1, nullptr, 1), fmi::kError);
+      EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, nullptr, 0, nullptr, 0), fmi::kOk);
+    }
     // Steps.
     EXPECT_EQ(plant.step(0.05, 0.01), fmi::kError);
     expect_has(plant.said, "the communication point is 0.05 [s], expected is 0.01");
     for (const double size : {0.0, -0.01, 0.015, 1e-5, static_cast<double>(NAN)}) {
-      EXPECT_EQ(plant.step(0.01, size), fmi::kDiscard) << size;
+      // Of FMI 2.0 discard would mean that a part of the step was computed.
+      EXPECT_EQ(plant.step(0.01, size), version == 2 ? fmi::kError : fmi::kDiscard) << size;
       expect_has(plant.said, "must be a multiple of the control period, 0.01");
       EXPECT_FALSE(plant.terminates);
     }
@@ -193,12 +212,37 @@ TEST_F(PlantErrors, WhatCannotBeExported) {
             0);
   refused("--set robot=" + (folder_ / "robot.yaml").string(), "is named by an absolute path");
   write("no-control.yaml", std::string(kShortCapture).substr(0, std::string(kShortCapture).find("control:")));
-  const test::Outcome done = run("export-fmu no-control.yaml -o x.fmu");
-  EXPECT_EQ(done.code, 2);
-  expect_has(done.err, "no-control.yaml: the scenario has no control.period");
+  // A period is assumed, and said.
+  const test::Outcome done = run("export-fmu no-control.yaml -o z.fmu");
+  EXPECT_EQ(done.code, 0) << done.err;
+  expect_has(done.out, "The scenario has no control.period: control.period=10 ms is taken");
+  Master plant(folder_ / "z.fmu");
+  ASSERT_TRUE(plant.instantiate()) << plant.said;
+  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
+  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
   const test::Outcome nowhere = run("export-fmu short.yaml -o nowhere/x.fmu");
   EXPECT_EQ(nowhere.code, 1);
   expect_has(nowhere.err, "nowhere/x.fmu");
+}
+
+// By default a parameter is every number of the scenario, whatever unit it is written with.
+TEST_F(PlantErrors, ParametersWithUnits) {
+  std::string text = kShortCapture;
+  const std::string plain = "mass: 10";
+  ASSERT_NE(text.find(plain), std::string::npos) << text;
+  text.replace(text.find(plain), plain.size(), "mass: 10000 g");
+  text.replace(text.find("[0, 0, 0.2]"), 11, "[0, 0, 0.2 rad/s]");
+  write("units.yaml", text);
+  Master plant(exported("units.yaml", 2)), same(exported("short.yaml", 2));
+  ASSERT_TRUE(plant.variables().contains("targets[0].mass"));
+  ASSERT_TRUE(plant.variables().contains("targets[0].state.angular_velocity[2]"));
+  EXPECT_EQ(plant.variables().size(), same.variables().size());
+  ASSERT_TRUE(plant.instantiate()) << plant.said;
+  EXPECT_EQ(plant.get("targets[0].mass"), 10);
+  ASSERT_EQ(plant.set("targets[0].mass", 12), fmi::kOk);
+  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
+  EXPECT_EQ(plant.get("targets[0].mass"), 12);
+  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
 }
 
 // It carries all that it needs: files keep their places, and the folder that they came from may be gone.

@@ -61,6 +61,46 @@ TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
   EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("the result would replace the model"));
 }
 
+TEST_F(ImportProgram, NamesInLatin1AndLongOnes) {
+  const std::string inertial = "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>";
+  const std::string longest = "an_arm_with_a_name_of_more_than_forty_characters";
+  write("m.urdf", "<robot name='r'><link name='b\xe9'>" + inertial + "<link name='" + longest + "'>" + inertial +
+                      "<joint name='" + longest + "_joint' type='continuous'><parent link='b\xe9'/><child link='" +
+                      longest + "'/></joint></robot>");
+  const Outcome made = run("import m.urdf -o robot.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("m.urdf:1:1: the file is not the UTF-8 that it must be"));
+  const Outcome info = run("info robot.yaml");
+  ASSERT_EQ(info.code, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("\nb\xc3\xa9 "));
+  EXPECT_EQ(run("info m.urdf").out, info.out);
+  // Columns begin where their headings do.
+  const auto line_with = [&](const std::string& begin) {
+    const std::size_t at = info.out.find("\n" + begin) + 1;
+    return info.out.substr(at, info.out.find('\n', at) - at);
+  };
+  const std::string head = line_with("body "), body = line_with(longest + " ");
+  EXPECT_EQ(head.find("joint"), body.find(longest + "_joint"));
+  EXPECT_EQ(head.find("type"), body.find("continuous"));
+  EXPECT_EQ(head.find("parent"), body.find("b\xc3\xa9"));
+  EXPECT_EQ(head.size(), body.size() - 1);  // of two bytes
+}
+
+TEST_F(ImportProgram, MakesWheelsOfJoints) {
+  write("m.urdf",
+        "<robot name='r'><link name='bus'><inertial><mass value='50'/><inertia ixx='5' iyy='5' "
+        "izz='5'/></inertial></link>"
+        "<link name='rotor'><inertial><mass value='2'/><inertia ixx='0.005' iyy='0.005' izz='0.01'/></inertial></link>"
+        "<joint name='w' type='continuous'><parent link='bus'/><child link='rotor'/><axis xyz='0 0 1'/>"
+        "<limit effort='0.1' velocity='300'/></joint></robot>");
+  const Outcome made = run("import m.urdf --wheel w -o robot.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(test::read_text(folder_ / "robot.yaml"), AllOf(HasSubstr("wheels:"), HasSubstr("torque: 0.1")));
+  EXPECT_THAT(run("info robot.yaml").out, HasSubstr("1 bodies, 0 joints"));
+  EXPECT_THAT(run("import m.urdf --wheel v -o robot.yaml").err, HasSubstr("--wheel v: error: there is no joint 'v'"));
+  EXPECT_THAT(run("import m.urdf --wheel w --bus ets-vii -o robot.yaml").err, HasSubstr("wheels"));
+}
+
 TEST_F(ImportProgram, TakesInertiaFromMeshes) {
   const Outcome made = run("import " + corpus("mjcf/meshes.xml") + " -o robot.yaml");
   ASSERT_EQ(made.code, 0) << made.err;

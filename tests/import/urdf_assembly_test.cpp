@@ -393,7 +393,7 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   EXPECT_FALSE(imported.link("l1").find("geometry"));
   EXPECT_FALSE(imported.link("l2").find("geometry"));
   EXPECT_THAT(imported.decisions, HasSubstr("link 'l1': the collision shape 'package://some_robot/meshes/link.dae' is "
-                                            "left out, .dae files are not read, .stl and .obj are"));
+                                            "left out, package 'some_robot' is not beside the file"));
   EXPECT_THAT(imported.decisions,
               HasSubstr("link 'l1': the visual shape 'package://some_robot/meshes/link.stl' is left "
                         "out, package 'some_robot' is not beside the file"));
@@ -438,6 +438,154 @@ TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {
   EXPECT_EQ(limits.rate, 3);
   EXPECT_THAT(imported.decisions, HasSubstr("link 'arm/base' is called 'arm_base': results are filed under names"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'arm/j1': the lower limit -1e+06 is none"));
+}
+
+TEST(UrdfAssembly, ArithmeticInAttributes) {
+  const auto value = [](const char* text) { return arithmetic_value(text).value_or(-99); };
+  EXPECT_EQ(value("pi/2"), std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(value("35.2644*pi/180"), 35.2644 * std::numbers::pi / 180);
+  EXPECT_EQ(value("-(1+2)*3-4/8"), -9.5);
+  EXPECT_EQ(value("2^3^2"), 512);
+  EXPECT_EQ(value("-2^2"), -4);
+  EXPECT_EQ(value("1e-3*2.5E2"), 0.25);
+  EXPECT_DOUBLE_EQ(value("sqrt(2)*cos(pi/4)"), 1);
+  EXPECT_DOUBLE_EQ(value("-atan(1) * 4 + +pi"), 0);
+  for (const char* none : {"", "pi2", "2pi", "1/0", "(1", "1)", "1 2", "p", "sqrt", "sqrt 4", "1//2", "nan", "inf", "e",
+                           "2*", "exit(1)", "1,5"})
+    EXPECT_FALSE(arithmetic_value(none)) << none;
+  EXPECT_FALSE(arithmetic_value(std::string(100'000, '(')));
+  EXPECT_FALSE(arithmetic_value(std::string(100'000, '-') + "1"));
+
+  const auto imported = import_text(
+      "<robot name='spart'><link name='bus'><inertial><mass value='2*10'/>"
+      "<inertia ixx='1' iyy='1' izz='1'/></inertial></link>\n"
+      "<link name='arm'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>\n"
+      "<joint name='j' type='revolute'><parent link='bus'/><child link='arm'/>\n"
+      "<origin xyz='0 1/2 0' rpy='0 0 pi/2'/><axis xyz='1 0 0'/><limit lower='- pi / 3' upper='pi'/></joint></robot>");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  EXPECT_EQ(robot.bodies[0].mass, 20);
+  const JointDescription& joint = carried_by(robot, "j").joint;
+  EXPECT_DOUBLE_EQ(joint.limits.lower, -std::numbers::pi / 3);
+  EXPECT_EQ(carried_by(robot, "j").X_PF.p[1], 0.5);
+  EXPECT_THAT(imported.decisions, HasSubstr("5 arithmetic expressions in place of a number"));
+}
+
+TEST(UrdfAssembly, FilesInOtherEncodings) {
+  // A name with a character that every encoding has elsewhere: e with an acute accent.
+  const std::string text =
+      "<link name='b\xc3\xa9'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>";
+  const std::string latin =
+      "<link name='b\xe9'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>";
+  const auto head = [](const std::string& encoding) {
+    return "<?xml version=\"1.0\" encoding=\"" + encoding + "\"?>\n<robot name='r'>";
+  };
+  const auto name_in = [](const std::string& bytes) {
+    const Imported imported = import_text(bytes);
+    EXPECT_EQ(imported.faults, "");
+    return imported.robot ? text_at(*imported.robot->tree.find("base"), "name") : std::string();
+  };
+  EXPECT_EQ(name_in(head("UTF-8") + text), "b\xc3\xa9");
+  EXPECT_EQ(name_in("\xef\xbb\xbf" + head("utf-8") + text), "b\xc3\xa9");
+  for (const char* encoding : {"ISO-8859-1", "iso_8859-1", "latin1", "Windows-1252", "cp1252", "ISO-8859-15"})
+    EXPECT_EQ(name_in(head(encoding) + latin), "b\xc3\xa9") << encoding;
+  // The euro sign is at different places.
+  const std::string euro =
+      "<link name='\x80'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>";
+  EXPECT_EQ(name_in(head("windows-1252") + euro), "\xe2\x82\xac");
+  std::string other = euro;
+  other[other.find('\x80')] = '\xa4';
+  EXPECT_EQ(name_in(head("ISO-8859-15") + other), "\xe2\x82\xac");
+  // UTF-16, both orders of bytes, with a byte order mark and without.
+  std::u16string wide;
+  for (const char c : head("UTF-16") + "<link name='b") wide += static_cast<char16_t>(c);
+  wide += u'\u00e9';
+  for (const char c : latin.substr(latin.find('\xe9') + 1)) wide += static_cast<char16_t>(c);
+  for (const bool is_big : {false, true}) {
+    std::string bytes;
+    for (const char16_t c : wide) {
+      const char low = static_cast<char>(c & 0xff), high = static_cast<char>(c >> 8);
+      bytes += is_big ? high : low;
+      bytes += is_big ? low : high;
+    }
+    EXPECT_EQ(name_in(bytes), "b\xc3\xa9");
+    EXPECT_EQ(name_in((is_big ? "\xfe\xff" : "\xff\xfe") + bytes), "b\xc3\xa9");
+  }
+  // No declaration, or a wrong one: read as Windows-1252, and said.
+  std::string note;
+  FaultList faults;
+  EXPECT_EQ(xml_in_utf8("a.urdf", "<robot name='\xe9'/>", note, faults), "<robot name='\xc3\xa9'/>");
+  EXPECT_THAT(note, HasSubstr("is read as Windows-1252"));
+  EXPECT_EQ(name_in(head("utf-8") + latin), "b\xc3\xa9");
+  // Faults have the places of characters; other encodings are refused where they matter.
+  EXPECT_THAT(import_text(head("ISO-8859-1") + "<!-- \xe9\xe9 --><link/></robot>").faults,
+              HasSubstr("2:30: <link> has no"));
+  EXPECT_THAT(import_text(head("shift_jis") + latin).faults, HasSubstr("1:31: the encoding 'shift_jis' is not read"));
+  EXPECT_EQ(
+      name_in(head("shift_jis") +
+              "<link name='b'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>"),
+      "b");
+}
+
+TEST(UrdfAssembly, AWorldThatIsNotDeclared) {
+  const auto imported = import_text(
+      "<robot name='r'><joint name='w' type='fixed'><parent link='world'/><child link='bus'/></joint>"
+      "<link name='bus'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>");
+  ASSERT_EQ(imported.faults, "");
+  EXPECT_EQ(text_at(*imported.robot->tree.find("base"), "name"), "bus");
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'world' is not declared and is taken as an empty root"));
+}
+
+std::string satellite_with_wheel(const std::string& origin_of_inertia, const std::string& further = {}) {
+  return "<robot name='r'><link name='bus'><inertial><mass value='100'/><inertia ixx='10' iyy='10' "
+         "izz='10'/></inertial>"
+         "</link><link name='rotor'><inertial><origin " +
+         origin_of_inertia +
+         "/><mass value='4'/><inertia ixx='0.01' iyy='0.01' izz='0.02'/></inertial></link>"
+         "<joint name='w' type='continuous'><parent link='bus'/><child link='rotor'/><origin xyz='0.5 0 0' rpy='0 pi/2 "
+         "0'/>"
+         "<axis xyz='0 0 1'/><limit effort='0.2' velocity='400'/><dynamics damping='1e-4'/></joint>" +
+         further + "</robot>";
+}
+
+TEST(UrdfAssembly, JointsThatBecomeWheels) {
+  ImportOptions options;
+  options.wheels = {{"w", {}}};
+  const auto imported = import_text(satellite_with_wheel("xyz='0 0 0.1'"), options);
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  ASSERT_EQ(robot.bodies.size(), 1u);
+  ASSERT_EQ(robot.wheels.size(), 1u);
+  const WheelSetup& wheel = robot.wheels[0];
+  EXPECT_EQ(wheel.name, "w");
+  EXPECT_LT(norm(wheel.axis - Vector3d{1, 0, 0}), 1e-15);
+  EXPECT_NEAR(wheel.inertia, 0.02, 1e-15);
+  EXPECT_EQ(wheel.torque, 0.2);
+  EXPECT_EQ(wheel.rate, 400);
+  EXPECT_EQ(wheel.friction.viscous, 1e-4);
+  // The base is the same as with the wheel at rest in it.
+  EXPECT_EQ(robot.bodies[0].mass, 104);
+  EXPECT_NEAR(robot.bodies[0].com[0], 4 * 0.6 / 104, 1e-15);
+  EXPECT_NEAR(robot.bodies[0].inertia.xx, 10.02, 1e-12);
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'w' becomes a reaction wheel of 0.02 kg m^2"));
+
+  const auto fault = [&](const std::string& text, const std::string& joint) {
+    options.wheels = {{joint, {}}};
+    return import_text(text, options).faults;
+  };
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0.1 0 0'"), "w"),
+              HasSubstr("its centre of mass is 0.1 m from the axis"));
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0' rpy='0 0.3 0'"), "w"), HasSubstr("which is a balanced rotor"));
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "v"), HasSubstr("there is no joint 'v' to be a wheel"));
+  const std::string beyond =
+      "<link name='arm'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
+      "<joint name='a' type='revolute'><parent link='rotor'/><child link='arm'/></joint>";
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'", beyond), "w"),
+              HasSubstr("link 'arm' beyond it moves by itself"));
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'", beyond), "a"),
+              HasSubstr("link 'rotor', which carries it, is no part of the base"));
+  options.locked = {{"w", 0, {}, LockedJoint::WrittenAs::number}};
+  EXPECT_THAT(fault(satellite_with_wheel("xyz='0 0 0'"), "w"), HasSubstr("is locked or chosen before"));
 }
 
 }  // namespace urdf_assembly_test

@@ -45,8 +45,18 @@ TEST(UrdfFaults, WhatIsNoUrdf) {
 TEST(UrdfFaults, XacroIsRefusedWithAdvice) {
   const std::string advice = "this is a xacro file, which has to be expanded first: xacro test.urdf > robot.urdf\n";
   EXPECT_EQ(faults(robot("<xacro:include filename='a'/>")), "3:2: " + advice);
-  EXPECT_EQ(faults(robot("<link name='${prefix}a'/>")), "3:2: " + advice);
+  EXPECT_EQ(faults(robot("<xacro:property name='a' value='1'/><link name='${a}'/>")), "3:2: " + advice);
   EXPECT_THAT(import_text(robot(""), {}, "r.urdf.xacro").faults, HasSubstr("xacro r.urdf.xacro > robot.urdf"));
+}
+
+// A file that xacro has been through: what it left is named, and running it again would not help.
+TEST(UrdfFaults, MacrosThatXacroLeftAreNamed) {
+  EXPECT_EQ(
+      faults(robot("<xacro:gripper parent='bus'/>")),
+      "3:2: the macro <xacro:gripper> was left over when xacro expanded the file: define it there, or remove it\n");
+  EXPECT_EQ(faults(robot("<link name='${prefix}a'/>\n<xacro:tool/>")),
+            "3:7: name of <link> is '${prefix}a': xacro left an expression that it did not expand\n"
+            "4:2: the macro <xacro:tool> was left over when xacro expanded the file: define it there, or remove it\n");
 }
 
 TEST(UrdfFaults, NamesAndTheTree) {

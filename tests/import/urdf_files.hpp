@@ -42,7 +42,7 @@ inline Imported import_text(const std::string& text, ImportOptions options = {},
                             const std::string& name = "test.urdf") {
   FaultList faults;
   Imported result;
-  const XmlFile file(name, text, faults);
+  const XmlFile file(name, text, faults, XmlFile::Numbers::arithmetic);
   const SourceModel model = read_urdf(file, faults);
   if (options.source.empty()) options.source = name;
   if (options.place.empty()) options.place = "test.yaml";

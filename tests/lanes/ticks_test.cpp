@@ -241,7 +241,7 @@ TEST(LanePhase, SampledCasesNeedSomebodyToAsk) {
                    InstructionSet::one_lane),
                std::invalid_argument);
   PhaseSetup continuous = phases[0].setup;
-  continuous.clock.reset(), continuous.channels.clear();
+  continuous.clock.reset(), continuous.channels.reset();
   EXPECT_EQ(lane_obstacle(phases[0].model, continuous, tight()), "a controller of its own is asked continuously");
 }
 

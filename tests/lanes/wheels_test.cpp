@@ -66,7 +66,7 @@ Phase with_wheels(const Phase& p, const Wheels& wheels, Random& random) {
   }
   // Joints keep their drives, wherever they are among the joints now.
   result.setup.drives.assign(model.joints().size(), JointDrive{});
-  result.setup.channels.assign(p.model.joints().size(), 0);
+  std::vector<int> channels(p.model.joints().size(), 0);
   result.setup.wheels.resize(wheels.axes.size());
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
@@ -81,10 +81,10 @@ Phase with_wheels(const Phase& p, const Wheels& wheels, Random& random) {
     for (std::size_t i = 0; i < p.model.joints().size(); ++i) {
       if (p.model.bodies()[static_cast<std::size_t>(p.model.joints()[i])].description.name != name) continue;
       if (!p.setup.drives.empty()) result.setup.drives[j] = p.setup.drives[i];
-      result.setup.channels[i] = static_cast<int>(j);
+      channels[i] = static_cast<int>(j);
     }
   }
-  if (!p.setup.clock) result.setup.channels.clear();
+  if (p.setup.clock) result.setup.channels = std::move(channels);
   result.setup.attitude =
       AttitudeControl{model.body_index("b0"), result.start_attitude(), {4, 5, 6}, {3, 3.5, 4}, {2, 2, 2}};
   if (wheels.gravity) result.setup.gravity = random.vector(2);

@@ -73,6 +73,36 @@ TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
   EXPECT_EQ(plant->outputs().numbers().size(), plant_variables(plant_of(problem(), false), {}).outputs);
 }
 
+// A satellite without driven joints takes torques on its base and commands of its actuators, in phases of `motion`.
+TEST_F(Plants, NeedNoJointAndNoCapture) {
+  const std::string wheels = "  wheel_array: {configuration: orthogonal, inertia: 0.05}\n";
+  const std::string panel =
+      "  links:\n    - {name: p, parent: bus, joint: {name: h, type: revolute, axis: [0, 0, 1], spring: {stiffness: "
+      "5}}, "
+      "mass: 1, com: [1, 0, 0], inertia: [0.1, 0.1, 0.1]}\n";
+  for (const std::string& parts : {std::string(), wheels, panel, wheels + panel}) {
+    for (const std::string phases : {"motion: {duration: 2}", "motion: [{duration: 1}, {name: late, duration: 1}]",
+                                     "approach: {duration: 2, final_joints: {}}"}) {
+      write("bus.yaml",
+            "schema: grapnel-scenario/1\nname: bus\nrobot:\n  name: bus\n  base: {name: bus, mass: 50, inertia: "
+            "[2, 2, 2]}\n" +
+                parts + "control: {period: 0.1}\n" + phases + "\n");
+      CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), true);
+      PlantVariables variables = plant_variables(plant, {});
+      const std::size_t inputs = variables.inputs;
+      PlantRun run(std::move(plant), std::move(variables));
+      run.begin();
+      std::vector<double> command(inputs, 0.0);
+      command.back() = 0.5;  // about z [N m]
+      for (int k = 1; !run.has_ended(); ++k) run.step(0.1 * k, command);
+      EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
+      EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
+      EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
+      if (parts.empty()) EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+    }
+  }
+}
+
 // Wherever a run is, its thread ends with it: before it began, at a sample, at its end, after a failure.
 TEST_F(Plants, EndWhereverTheyAre) {
   run();

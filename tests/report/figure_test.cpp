@@ -59,6 +59,8 @@ TEST(GnuplotText, QuotesWhatCouldBeExecuted) {
 TEST(GnuplotText, ApostrophesAtTheBeginningAreText) {
   EXPECT_EQ(gnuplot_quoted("'left' arm"), "\"'\".'left'' arm'");
   EXPECT_EQ(gnuplot_quoted("''"), "\"''\".''");
+  EXPECT_EQ(gnuplot_quoted("a''b'c"), "'a'.\"''\".'b''c'");
+  EXPECT_EQ(gnuplot_file("a'''.dat"), "'a'.\"'''\".'.dat'");
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   const TemporaryFolder folder;
   for (const std::string text : {"'left' arm", "'", "''a", "a'", "'%d`id`", "'\\"}) {

@@ -9,6 +9,7 @@
 
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace load_table_test {
@@ -73,9 +74,54 @@ TEST(LoadTable, ImpactsMarginsSayItToo) {
   EXPECT_EQ(margins[0]["assumed_duration"], false);
 }
 
-TEST(LoadTable, SaysWhichDrivesSaturateAndHowLong) {
-  const std::string text = result_table(sample());
-  EXPECT_THAT(text, HasSubstr("saturated: elbow at its limit 40 in approach for 1.75 s (2 times), first at t = 3 s"));
+TEST(LoadTable, ReportsSaturation) {
+  using Actuator = SaturationReport::Actuator;
+  using Quantity = SaturationReport::Quantity;
+  CaptureResult result = sample();
+  EXPECT_EQ(saturation_sentence(result), "");
+  result.saturation = {{Actuator::wheel, "a", Quantity::rate, 418.88, 2, 10, 0.5, true},
+                       {Actuator::joint, "elbow", Quantity::effort, 40, 3, 1.75, 0.1, false},
+                       {Actuator::base_control, "x", Quantity::torque, 16, 0, 0.01, 0.0005, false},
+                       {Actuator::thruster, "t", Quantity::duty, 1, 0, 0.01, 0.0005, true}};
+  EXPECT_EQ(
+      saturation_sentence(result),
+      "saturated: wheel a at its largest rate 418.88 rad/s for 10 s (50 % of the motion), first at t = 2 s, and at "
+      "the end; 3 more, see saturation");
+  EXPECT_THAT(result_table(result), HasSubstr("saturated: wheel a at its largest rate"));
+  // What is short is no warning, but for what is there at the end.
+  EXPECT_THAT(saturation_warnings(result),
+              testing::ElementsAre(HasSubstr("wheel a"),
+                                   "saturated: drive of elbow at its effort limit 40 for 1.75 s (10 % of the motion), "
+                                   "first at t = 3 s",
+                                   HasSubstr("thruster t on all the time, and less given than commanded")));
+  const json summary = json::parse(summary_json(result, "1"));
+  ASSERT_EQ(summary["saturation"].size(), 4U);
+  EXPECT_EQ(summary["saturation"][0], (json{{"actuator", "wheel"},
+                                            {"name", "a"},
+                                            {"quantity", "rate"},
+                                            {"limit", 418.88},
+                                            {"first_time", 2},
+                                            {"duration", 10},
+                                            {"share", 0.5},
+                                            {"at_end", true}}));
+  EXPECT_FALSE(json::parse(summary_json(sample(), "1")).contains("saturation"));
+}
+
+TEST(LoadTable, NamesExceededRatings) {
+  EXPECT_EQ(ratings_sentence(sample()), "ratings: EXCEEDED, 1 of 2: left (force)");
+  EXPECT_THAT(result_table(sample()), HasSubstr("ratings: EXCEEDED, 1 of 2: left (force)"));
+  CaptureResult kept = sample();
+  kept.peak_loads.pop_back();
+  EXPECT_EQ(ratings_sentence(kept), "");
+}
+
+// A drive that is cut at its limit is not close to a rating.
+TEST(LoadTable, ADriveAtItsLimitIsSaturated) {
+  CaptureResult result = sample();
+  result.peak_loads.resize(1);
+  EXPECT_THAT(worst_margin_line(result), HasSubstr("worst margin: saturated; driving of elbow, 40 of 40"));
+  result.peak_loads[0].peak = 39.9;
+  EXPECT_THAT(worst_margin_line(result), HasSubstr("worst margin: 0.2 %;"));
 }
 
 TEST(LoadTable, IsSilentWhereNothingIsRated) {

@@ -34,7 +34,7 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   expect_keys(summary["approach"], {"start", "end", "planned_final_rates", "plan"}, "approach");
-  expect_keys(summary["post_impact"], {"end", "loops", "grasp_loads"}, "post_impact");
+  expect_keys(summary["post_impact"], {"end", "phases", "loops", "grasp_loads"}, "post_impact");
   for (const json& end : {summary["approach"]["start"], summary["approach"]["end"], summary["post_impact"]["end"]}) {
     expect_keys(end, {"time", "base", "joints", "end_effectors", "targets"}, "end");
     expect_keys(end["base"], kBody, "end.base");
@@ -349,7 +349,7 @@ TEST(Summary, LeavesAbsentPhasesOut) {
   result = test::sample_result();
   result.loops.clear();
   result.grasp_loads.clear();
-  expect_keys(parsed(result)["post_impact"], {"end"}, "post_impact without loops and loads");
+  expect_keys(parsed(result)["post_impact"], {"end", "phases"}, "post_impact without loops and loads");
   result.impact->as_published.reset();
   result.impact->as_published_absent = "(J^T)+ is not defined here";
   result.impact->brake.reset();

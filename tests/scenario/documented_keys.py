@@ -10,8 +10,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SUPERSCRIPTS = {"²": "^2", "³": "^3"}
-# Keys that a sentence describes wherever they occur, or a table of their own kind.
-ELSEWHERE = re.compile(r"(^|\.)(position|quaternion_wxyz|rpy|geometry\.\w+|robot\.\w.*)$|\.inertia\.\w+$|origin\.|\.momentum$"
+# Keys that a sentence describes wherever they occur, or a table of their own kind; those of motion are those of post_impact.
+ELSEWHERE = re.compile(r"^motion\.|(^|\.)(position|quaternion_wxyz|rpy|geometry\.\w+|robot\.\w.*)$|\.inertia\.\w+$|origin\.|\.momentum$"
                        r"|(^|\.)(tracking|noise|straight_in|state|limits|friction|rating|contact|grasp|time|base|joint|origin)$")
 
 
@@ -31,6 +31,9 @@ def described(root, node, path, found):
     for key, value in node.get("properties", {}).items():
         below = f"{path}.{key}" if path else key
         value = resolved(root, value)
+        for option in value.get("anyOf", []):
+            if option.get("title") == "a mapping of one phase":
+                value = {**resolved(root, option), **value}
         found[below] = (value, key in node.get("required", []))
         if below == "robot":
             continue

@@ -124,6 +124,96 @@ TEST(Warnings, AnglesAndRatesInDegrees) {
   EXPECT_THAT(warnings_with({{"elbow: 1}", "elbow: 6.283185307179586}"}}), IsEmpty());
 }
 
+// Wheels turn at hundreds of rad/s; gimbals do not.
+TEST(Warnings, RatesOfWheelsAndRotors) {
+  const auto with_wheels = [](const std::string& wheels, const std::string& initial) {
+    return warnings_with(
+        {{"base: {mass: 100, inertia: [10, 10, 10]}", "base: {mass: 100, inertia: [10, 10, 10]}\n  " + wheels},
+         {"elbow: 1}", "elbow: 1}" + initial}});
+  };
+  const std::string array = "wheel_array: {configuration: orthogonal, inertia: 0.01, rate: ";
+  EXPECT_THAT(with_wheels(array + "6000}", ", wheel_rates: [300, -300, 6000]"), IsEmpty());
+  EXPECT_THAT(with_wheels(array + "20000 rpm}", ""), IsEmpty());
+  EXPECT_THAT(
+      with_wheels(array + "8000}", ""),
+      ElementsAre(HasSubstr("robot.wheel_array.rate is 8000 rad/s, 76394.4 turns per minute, faster than wheels "
+                            "and rotors turn; rates are in rad/s, 8000 rpm would be 837.758041")));
+  const auto gyros = [&](const std::string& spin, const std::string& rate) {
+    return with_wheels("gyro_array: {configuration: pyramid, inertia: 0.02, spin_rate: " + spin +
+                           ", gimbal_inertia: 0.02, rate: " + rate + "}",
+                       "");
+  };
+  EXPECT_THAT(gyros("628", "2"), IsEmpty());
+  EXPECT_THAT(gyros("9000", "2"), ElementsAre(HasSubstr("robot.gyro_array.spin_rate is 9000 rad/s")));
+  EXPECT_THAT(gyros("628", "60"), ElementsAre(HasSubstr("60 deg/s would be 1.04719755")));
+}
+
+TEST(Warnings, JointLimitsInDegrees) {
+  const auto with_limits = [](const std::string& limits) {
+    return warnings_with({{"{name: elbow, type: revolute", "{name: elbow, type: revolute, limits: " + limits}});
+  };
+  EXPECT_THAT(
+      with_limits("{lower: -143, upper: 143}"),
+      ElementsAre(HasSubstr("joint.limits.lower is -143 rad, 22.8 turns; limits are in rad, -143 degrees would be "
+                            "-2.4958"),
+                  HasSubstr("joint.limits.upper is 143 rad")));
+  EXPECT_THAT(with_limits("{lower: -90, upper: 170}"), testing::SizeIs(2));
+  EXPECT_THAT(
+      with_limits("{rate: 30}"),
+      ElementsAre(HasSubstr("joint.limits.rate is 30 rad/s, 4.77 turns per second; rates are in rad/s, 30 deg/s "
+                            "would be 0.523598776")));
+  // Joints of several turns, units, infinity, fast joints.
+  for (const char* meant :
+       {"{lower: -2.9, upper: 2.9}", "{lower: -6.283185307, upper: 6.283185307}", "{lower: -12.566, upper: 12.566}",
+        "{lower: -174.5329, upper: 174.5329}", "{lower: -143 deg, upper: 143 deg}", "{lower: -1000, upper: 1000}",
+        "{lower: -.inf, upper: .inf}", "{rate: 10}", "{rate: 90 deg/s}"})
+    EXPECT_THAT(with_limits(meant), IsEmpty()) << meant;
+}
+
+TEST(Warnings, InertiaAboutTheJoint) {
+  // The upper link is 5 kg and 1 m long, from the shoulder to the elbow.
+  const auto link = [](const std::string& com, const std::string& inertia, const std::string& more = "") {
+    return warnings_with(
+        {{"com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]", "com: " + com + "\n      inertia: " + inertia + more}});
+  };
+  const auto doubtful = ElementsAre(HasSubstr("is it about the origin?"));
+  // A rod, 5/12 kg m^2 about its middle and 5/3 about its end; one with heavy ends; one that is thick.
+  EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 0.416, 0.416]"), IsEmpty());
+  EXPECT_THAT(
+      link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]"),
+      ElementsAre("scenario.yaml:12:16: warning: robot.links[0].inertia: with the mass 5 kg and the centre of mass "
+                  "0.5 m from the frame's origin it spreads the mass by 0.576 m (root mean square) along the "
+                  "line between them, and the body ends 0.5 m from the centre of mass; is it about the origin? "
+                  "About the centre of mass, which is what counts, it would be [0.01, 0.416, 0.416, 0, 0, 0]"));
+  EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.25, 1.25]"), IsEmpty());
+  EXPECT_THAT(link("[0.5, 0, 0]", "[0.1, 2.4, 2.4]"), doubtful);
+  EXPECT_THAT(link("[0.5, 0, 0]", "[1, 0.9, 0.9]"), IsEmpty());
+  // A housing that is wider than the joints are apart, with the centre of mass near its joint.
+  EXPECT_THAT(link("[0.02, 0, 0]", "[0.1, 0.1, 0.12]"), IsEmpty());
+  // A planar model with one number for all axes.
+  EXPECT_THAT(link("[0.5, 0, 0]", "[1.3, 1.3, 1.3]"), IsEmpty());
+  // A published arm: 30 kg, joints 0.275 m apart, a housing that is wider, and a shape that shows less of it.
+  EXPECT_THAT(
+      warnings_with({{"mass: 5\n      com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]",
+                      "mass: 30\n      com: [0.1375, 0, 0]\n      inertia: [1.378, 2.1, 2.359]\n      geometry: "
+                      "{shape: capsule, radius: 0.06, length: 0.275, position: [0.1375, 0, 0], rpy: [0, 1.5708, 0]}"},
+                     {"origin: {position: [1, 0, 0]}", "origin: {position: [0.275, 0, 0]}"}}),
+      IsEmpty());
+  // A shape that is longer than the joints are apart.
+  EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]",
+                   "\n      geometry: {shape: box, size: [2, 0.05, 0.05], position: [0.5, 0, 0]}"),
+              IsEmpty());
+  // A skew line.
+  EXPECT_THAT(link("[0.4, 0.3, 0]", "[0.605, 1.075, 1.67, -0.78, 0, 0]"), doubtful);
+  // Targets and bases by their shapes alone.
+  const auto target = [](const std::string& more) {
+    return warnings_with(
+        {of_ball("10", "[0.1, 3.4, 3.4]"), {"    grasp_points", "    com: [0.5, 0, 0]\n" + more + "    grasp_points"}});
+  };
+  EXPECT_THAT(target(""), IsEmpty());
+  EXPECT_THAT(target("    geometry: {shape: box, size: [1, 0.1, 0.1], position: [0.5, 0, 0]}\n"), doubtful);
+}
+
 TEST(Warnings, QuaternionsInAnotherOrder) {
   const auto turned = [](const std::string& q) {
     return warnings_with({{"position: [2, 0, 0],", "position: [2, 0, 0], quaternion_wxyz: " + q + ","}});
@@ -136,6 +226,34 @@ TEST(Warnings, QuaternionsInAnotherOrder) {
   EXPECT_THAT(turned("[1, 0, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0, 1, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0.70710678118654752, 0, 0, 0.70710678118654752]"), IsEmpty());
+  EXPECT_THAT(turned("[6.123233995736766e-17, 0, 0, 1]"), IsEmpty());  // a program's half turn
+}
+
+// Models state orientations by roll, pitch and yaw, or by a quaternion whose order their format fixes.
+TEST(Warnings, NoneForHalfTurnsOfModels) {
+  const TemporaryFolder folder;
+  const auto model = [&](const std::string& origin) {
+    return folder.write(
+        "arm.urdf",
+        "<robot name='q'><link name='bus'><inertial><mass value='100'/>"
+        "<inertia ixx='10' iyy='10' izz='10' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+        "<link name='arm'><inertial><mass value='1'/>"
+        "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+        "<joint name='j' type='revolute'><parent link='bus'/><child link='arm'/><origin xyz='0 0 0' " +
+            origin + "/><axis xyz='1 0 0'/><limit lower='-2' upper='2' effort='10' velocity='100'/></joint></robot>");
+  };
+  for (const char* rpy : {"0 0 3.14", "0 0 3.141592653589793", "0 0 -3.14159", "0.1 -0.05 3.1", "3.14 3.14 0"}) {
+    std::vector<Fault> warnings;
+    const RobotSetup robot = load_robot(model(std::string("rpy='") + rpy + "'"), &warnings);
+    for (const Fault& doubt : warnings) ADD_FAILURE() << rpy << ": " << doubt.text();
+    ASSERT_EQ(robot.bodies.size(), 2u);
+  }
+  // The same rotation as in the file.
+  const RobotSetup robot = load_robot(model("rpy='0.1 -0.05 3.1'"));
+  const Rotationd R = rotation_from_rpy(0.1, -0.05, 3.1);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) EXPECT_NEAR(robot.bodies[1].X_PF.R(i, j), R(i, j), 1e-15);  // measured 2.3e-16
+  }
 }
 
 TEST(Warnings, GraspPoints) {

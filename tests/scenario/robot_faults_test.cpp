@@ -23,8 +23,8 @@ const std::vector<FaultCase> kCases{
       "mapping "
       "with a robot's content or a mapping with a bus and arms, not a list",
       "scenario.yaml:3:1: error: unknown key 'x' in the scenario; allowed are schema, name, description, robot, "
-      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
-      "control, sensors, impedance, clearance, integration, …"}},
+      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, motion, external_wrenches, "
+      "control, sensors, impedance, clearance, …"}},
     {"robot_axis_not_unit",
      {{"type: revolute, axis: [0, 0, 1], limits", "type: revolute, axis: [0, 1, 1], limits"}},
      {"scenario.yaml:8:53: error: robot.links[0].joint.axis has length 1.41421356, must be a unit vector; normalised "

@@ -223,6 +223,7 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
                                             "pattern",      "x-any-unit",
                                             "default",      "x-unit",
                                             "x-infinity",   "x-largest",
+                                            "x-plausible",
                                             "type",         "enum",
                                             "const",        "minimum",
                                             "maximum",      "exclusiveMinimum",

@@ -34,6 +34,18 @@ const kSteps: Pair[] = [
   ["#a8790a", "#f5d34a"],
   ["#5d7a1e", "#c8e05a"],
 ];
+// Beyond those, as of a dozen thrusters: no order, and none like another.
+const kMore: Pair[] = [
+  ["#00637a", "#58d0e8"],
+  ["#0b7a3b", "#5fe08f"],
+  ["#7a1f1f", "#ff9d8f"],
+  ["#1f4fd8", "#8fb0ff"],
+  ["#4a4a4a", "#c8c8c8"],
+  ["#b0006a", "#ff7ac0"],
+  ["#6b6b00", "#e8e86a"],
+  ["#2f7d6a", "#9be8df"],
+  ["#8a4b00", "#ffc07a"],
+];
 const kFixed: Record<string, Pair> = {
   base: ["#687483", "#a3b0bf"],
   joint: ["#596573", "#7f8c9a"],
@@ -57,7 +69,7 @@ const kFixed: Record<string, Pair> = {
 // Of a role: "base", "arm 1", "target 0", "axis x", "step 3", ... Undefined: it is none.
 export function knownRole(role: string, scheme: Scheme): string | undefined {
   const [kind, index] = role.split(" ");
-  const list: Record<string, Pair[]> = { arm: kArms, target: kTargets, step: kSteps };
+  const list: Record<string, Pair[]> = { arm: kArms, target: kTargets, step: kSteps, more: kMore };
   const own = /^\d+$/.test(index ?? "") && Object.hasOwn(list, kind) ? list[kind] : undefined;
   const pair = Object.hasOwn(kFixed, role) ? kFixed[role] : own?.[Number(index) % own.length];
   return pair?.[scheme === "dark" ? 1 : 0];
@@ -66,9 +78,12 @@ export function roleColor(role: string, scheme: Scheme): string {
   return knownRole(role, scheme) ?? kFixed.base[scheme === "dark" ? 1 : 0];
 }
 
-// Of lines that are steps of an order; beyond the last colour the dash changes.
+// Of lines that are steps of an order; beyond the last step other colours follow, and the dash changes.
 export function lineStyle(index: number): { color: string; dash: number[] } {
-  return { color: `step ${index % kSteps.length}`, dash: kDashes[Math.floor(index / kSteps.length) % kDashes.length] };
+  const all = kSteps.length + kMore.length, at = index % all;
+  const color = at < kSteps.length ? `step ${at}` : `more ${at - kSteps.length}`;
+  const dash = 2 * Math.floor(index / all) + (at < kSteps.length ? 0 : 1);
+  return { color, dash: kDashes[dash % kDashes.length] };
 }
 
 // The name of what follows the first overlap of bodies.
@@ -78,12 +93,15 @@ export const kPhaseTints: Record<string, string> = {
   approach: "rgba(0,114,178,0.07)",
   contact: "rgba(213,94,0,0.22)",
   post_impact: "rgba(0,158,115,0.07)",
+  motion: "rgba(0,158,115,0.07)",
   released: "rgba(119,119,119,0.08)",
   [kBeyond]: "rgba(90,90,90,0.24)",
 };
 
-// "contact_2" is tinted as "contact".
+// "contact_2" is tinted as "contact"; a phase with a name of its own as motion.
 export function phaseTint(phase: string): string {
   if (phase.startsWith(kBeyond)) return kPhaseTints[kBeyond];
-  return kPhaseTints[phase] ?? kPhaseTints[phase.replace(/_\d+$/, "")] ?? "transparent";
+  const plain = phase.replace(/_\d+$/, "");
+  if (plain === "brake") return "transparent";  // takes no time
+  return kPhaseTints[phase] ?? kPhaseTints[plain] ?? kPhaseTints.motion;
 }

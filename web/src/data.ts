@@ -72,7 +72,7 @@ export interface TableColumn {
 
 export interface SweepData {
   settings: Partly<SweepReport>; // study.json as it is (docs/formats/study.md)
-  command: string; // "grapnel sweep STUDY.yaml --only {K} -o out/point-{K}": replays a point; "" if not known
+  command: string; // "grapnel sweep ../STUDY.yaml --only {K} -o out/point-{K}", in the page's folder; "" if not known
   axes: (TableColumn & { labels?: string[] })[]; // with labels: values count from 0 into them
   axis_values: number[][]; // per axis, per point
   status: string[]; // per point: ok, failed, unreachable
@@ -83,7 +83,7 @@ export interface SweepData {
 
 export interface OptimizationData {
   comparison: Partly<OptimizationReport>; // comparison.json as it is (docs/formats/optimization.md)
-  command: string; // "grapnel run out/x/best.yaml"
+  command: string; // "grapnel run best.yaml", in the page's folder
   columns: TableColumn[]; // of evaluations.csv, the texts `search`, `status`, `reason` left out
   values: (number | null)[][]; // per column, per evaluation
   search: string[]; // per evaluation: sample, local 1, ...
@@ -95,7 +95,7 @@ export interface OptimizationData {
 
 export interface CampaignData {
   statistics: Partly<CampaignReport>; // campaign.json as it is (docs/formats/campaign.md)
-  command: string; // "grapnel campaign STUDY.yaml --only {K} -o out/case-{K}": replays a case; "" if not known
+  command: string; // "grapnel campaign ../STUDY.yaml --only {K}", in the page's folder; "" if not known
   rows: number; // of the table; 0 without one
   sample: PackedSample | null; // null: the folder has no sound table.h5
   notes: string[]; // what is odd: the table is missing, or damaged

@@ -19,6 +19,15 @@ export function withUnit(value: number | null | undefined, unit: string, digits 
   return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unitText(unit)}`;
 }
 
+// A command that names files as seen from the page's folder, so that it works wherever it is pasted: the page knows where it is
+// once it is open.
+export function pasted(command: string): string {
+  if (!command || typeof location === "undefined" || location.protocol !== "file:") return command;
+  const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "") || "/";
+  const word = /^[\w/.,:@%+=-]+$/.test(folder) ? folder : `'${folder.replaceAll("'", "'\\''")}'`;
+  return `cd ${word} && ${command}`;
+}
+
 // "base rate [rad/s]"
 export function label(name: string, unit: string): string {
   return columnHead(name, unitText(unit));

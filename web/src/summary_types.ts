@@ -50,6 +50,10 @@ export interface Summary {
   stop_impact_count?: number;
   /** absent if there are none */
   thrusters?: ThrustersReport;
+  /** actuators that were at their limits, the longest first; absent if none was */
+  saturation?: SaturationReport[];
+  /** of control loops, per phase of motion; absent where it was not observed */
+  stability?: StabilityReport[];
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
   worst_margin?: PeakLoad;
   /** absent where no two bodies have shapes */
@@ -87,6 +91,8 @@ export const kSummary: FieldNote[] = [
   ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
   ["stop_impact_count","1","all of them"],
   ["thrusters","","absent if there are none"],
+  ["saturation","","actuators that were at their limits, the longest first; absent if none was"],
+  ["stability","","of control loops, per phase of motion; absent where it was not observed"],
   ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
   ["clearance","","absent where no two bodies have shapes"],
   ["limits","","of joints and drives"],
@@ -1453,6 +1459,8 @@ export interface PostImpact {
   impedance?: ImpedanceReport;
   /** absent without it */
   grasp_force?: GraspForceReport;
+  /** absent where the scenario states no rates */
+  at_rest?: RestReport;
 }
 export const kPostImpact: FieldNote[] = [
   ["end","","at the end of the motion"],
@@ -1463,6 +1471,7 @@ export const kPostImpact: FieldNote[] = [
   ["identification","","absent without it"],
   ["impedance","","absent without it"],
   ["grasp_force","","absent without it"],
+  ["at_rest","","absent where the scenario states no rates"],
 ];
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
@@ -1539,7 +1548,7 @@ export interface DetumblingReport {
   begin: number;
   /** when it ends; from then on the joints hold [s] */
   end: number;
-  /** `at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before */
+  /** `at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before. Near configurations in which the arms cannot move the target in all directions (`least_condition`) the law goes on with the others */
   ended: LawEnd;
   /** whose range ended it; empty otherwise */
   joint: string;
@@ -1557,12 +1566,20 @@ export interface DetumblingReport {
   speed_after: number;
   /** angular_momentum_before over torque_bound: what it takes where efforts suffice [s] */
   expected_duration: number;
-  /** least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed [1] */
+  /** part of the torque bound that effort limits and ratings of grasps allow as the law begins; expected_duration over it is what the detumbling takes at that pace [1] */
+  first_scale: number;
+  /** minimum part of the torque bound that these limits allow; 1: they always sufficed [1] */
   least_scale: number;
   /** when that was [s] */
   least_scale_time: number;
-  /** whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for */
+  /** whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target did not move as asked for */
   within_limits: boolean;
+  /** largest share of an effort limit or of a grasp's rating that the law asked for before efforts were scaled down; above 1: by how much the limits are too small [1] */
+  largest_demand: number;
+  /** when that was [s] */
+  largest_demand_time: number;
+  /** which limit that was; empty: nothing has a limit */
+  limiting: string;
   /** of the target's accelerations by the efforts: least singular value over the largest, its least [1] */
   least_condition: number;
   /** when that was [s] */
@@ -1572,7 +1589,7 @@ export const kDetumblingReport: FieldNote[] = [
   ["target","","that is brought to rest"],
   ["begin","s","when the law begins"],
   ["end","s","when it ends; from then on the joints hold"],
-  ["ended","","`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before"],
+  ["ended","","`at_rest`: a millionth of the angular momentum is left. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before. Near configurations in which the arms cannot move the target in all directions (`least_condition`) the law goes on with the others"],
   ["joint","","whose range ended it; empty otherwise"],
   ["torque_bound","N m","on the torque about the target's centre of mass"],
   ["largest_torque","N m","of the grasps about the target's centre of mass, by the target's motion: at the ends and in the middle of every step"],
@@ -1581,9 +1598,13 @@ export const kDetumblingReport: FieldNote[] = [
   ["speed_before","m/s","of the target's centre of mass, relative to that of servicer and held targets"],
   ["speed_after","m/s","at the end"],
   ["expected_duration","s","angular_momentum_before over torque_bound: what it takes where efforts suffice"],
-  ["least_scale","1","least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed"],
+  ["first_scale","1","part of the torque bound that effort limits and ratings of grasps allow as the law begins; expected_duration over it is what the detumbling takes at that pace"],
+  ["least_scale","1","minimum part of the torque bound that these limits allow; 1: they always sufficed"],
   ["least_scale_time","s","when that was"],
-  ["within_limits","","whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for"],
+  ["within_limits","","whether a smaller torque kept all efforts and grasps within their limits; if not, efforts were scaled down and the target did not move as asked for"],
+  ["largest_demand","1","largest share of an effort limit or of a grasp's rating that the law asked for before efforts were scaled down; above 1: by how much the limits are too small"],
+  ["largest_demand_time","s","when that was"],
+  ["limiting","","which limit that was; empty: nothing has a limit"],
   ["least_condition","1","of the target's accelerations by the efforts: least singular value over the largest, its least"],
   ["least_condition_time","s","when that was"],
 ];
@@ -1788,6 +1809,33 @@ export const kSqueeze: FieldNote[] = [
   ["largest_error_time","s","when that was"],
 ];
 
+// whether the motion after the impact came to rest, post_impact.at_rest.
+export interface RestReport {
+  /** whether all rates were below their limits from `time` on to the end */
+  at_rest: boolean;
+  /** from which on they were; null: they were not [s] */
+  time: number | null;
+  /** of the base, in W, at the end [rad/s] */
+  angular_velocity: number;
+  /** post_impact.at_rest.angular_velocity [rad/s] */
+  angular_velocity_limit: number;
+  /** with the largest rate at the end; empty: joints are not evaluated */
+  joint: string;
+  /** its magnitude at the end [rad/s or m/s] */
+  joint_rate: number;
+  /** post_impact.at_rest.joint_rate; null: joints are not evaluated [rad/s or m/s] */
+  joint_rate_limit: number | null;
+}
+export const kRestReport: FieldNote[] = [
+  ["at_rest","","whether all rates were below their limits from `time` on to the end"],
+  ["time","s","from which on they were; null: they were not"],
+  ["angular_velocity","rad/s","of the base, in W, at the end"],
+  ["angular_velocity_limit","rad/s","post_impact.at_rest.angular_velocity"],
+  ["joint","","with the largest rate at the end; empty: joints are not evaluated"],
+  ["joint_rate","rad/s or m/s","its magnitude at the end"],
+  ["joint_rate_limit","rad/s or m/s","post_impact.at_rest.joint_rate; null: joints are not evaluated"],
+];
+
 // the largest of one load in one phase.
 export interface PeakLoad {
   /** joint, end-effector, or `base control` */
@@ -1800,9 +1848,9 @@ export interface PeakLoad {
   peak: number;
   /** when that is [s] */
   time: number;
-  /** of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of base control its `limit` [as `peak`] */
+  /** of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort` [as `peak`] */
   rating: number | null;
-  /** 1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating [1] */
+  /** 1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating [1] */
   margin: number | null;
   /** a mean over `impact.duration`, which is an assumption; the peak may be larger */
   assumed_duration: boolean;
@@ -1813,8 +1861,8 @@ export const kPeakLoad: FieldNote[] = [
   ["phase","","impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"],
   ["peak","N, N m, N s or N m s","largest magnitude"],
   ["time","s","when that is"],
-  ["rating","as `peak`","of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of base control its `limit`"],
-  ["margin","1","1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating"],
+  ["rating","as `peak`","of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`"],
+  ["margin","1","1 - peak over rating; negative: exceeded; 0 of a drive: saturated at its effort limit; null: no rating"],
   ["assumed_duration","","a mean over `impact.duration`, which is an assumption; the peak may be larger"],
 ];
 
@@ -1938,6 +1986,10 @@ export interface JointReport {
   sticks: number;
   /** times that it left it [1] */
   breakaways: number;
+  /** largest friction while it was held, at any sample or time step, over its breakaway effort `static`; null: its friction does not stick [1] */
+  friction_share: number | null;
+  /** false: closed loops left the friction of this joint undetermined while it was held. The values reported are the admissible set with the minimum sum of squared shares of breakaway */
+  friction_determined: boolean;
   /** that its friction made, stops apart [J] */
   friction_heat: number;
   /** times that it met a stop [1] */
@@ -1957,6 +2009,8 @@ export const kJointReport: FieldNote[] = [
   ["mode","","at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops"],
   ["sticks","1","times that it came to rest"],
   ["breakaways","1","times that it left it"],
+  ["friction_share","1","largest friction while it was held, at any sample or time step, over its breakaway effort `static`; null: its friction does not stick"],
+  ["friction_determined","","false: closed loops left the friction of this joint undetermined while it was held. The values reported are the admissible set with the minimum sum of squared shares of breakaway"],
   ["friction_heat","J","that its friction made, stops apart"],
   ["stop_impacts","1","times that it met a stop"],
   ["stop_energy_lost","J","in these impacts, by the whole system"],
@@ -2026,6 +2080,8 @@ export interface ThrusterReport {
   firings: number;
   /** how long it was open [s] */
   on_time: number;
+  /** on_time over the time of the phases in which thrusters are at work [1] */
+  duty: number;
   /** of its force, ramps included [N s] */
   impulse: number;
   /** impulse over specific impulse and 9.80665 m/s^2 [kg] */
@@ -2035,6 +2091,7 @@ export const kThrusterReport: FieldNote[] = [
   ["name","","of the thruster"],
   ["firings","1","how often its valve opened"],
   ["on_time","s","how long it was open"],
+  ["duty","1","on_time over the time of the phases in which thrusters are at work"],
   ["impulse","N s","of its force, ramps included"],
   ["propellant","kg","impulse over specific impulse and 9.80665 m/s^2"],
 ];
@@ -2078,9 +2135,75 @@ export const kPlumeHazard: FieldNote[] = [
   ["duration","s","of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is"],
 ];
 
+// an actuator that was at its limit.
+export interface SaturationReport {
+  /** kind of actuator */
+  actuator: SaturatedActuator;
+  /** of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z` */
+  name: string;
+  /** that is at its limit. */
+  quantity: SaturatedQuantity;
+  /** of a thruster the share of time 1, of a singularity the measure below which an array is near [rad/s, N m, N or 1] */
+  limit: number;
+  /** start of the first saturation [s] */
+  first_time: number;
+  /** total time at the limit, by integration steps [s] */
+  duration: number;
+  /** duration over the simulated time of all phases of motion [1] */
+  share: number;
+  /** whether the actuator was at its limit at the end of the run */
+  at_end: boolean;
+}
+export const kSaturationReport: FieldNote[] = [
+  ["actuator","","kind of actuator"],
+  ["name","","of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z`"],
+  ["quantity","","that is at its limit."],
+  ["limit","rad/s, N m, N or 1","of a thruster the share of time 1, of a singularity the measure below which an array is near"],
+  ["first_time","s","start of the first saturation"],
+  ["duration","s","total time at the limit, by integration steps"],
+  ["share","1","duration over the simulated time of all phases of motion"],
+  ["at_end","","whether the actuator was at its limit at the end of the run"],
+];
+
+export type SaturatedActuator = "wheel" | "gyro" | "gyros" | "thruster" | "joint" | "base_control";
+
+export type SaturatedQuantity = "rate" | "torque" | "effort" | "duty" | "singularity";
+
+// stability of the control loops in one phase of motion.
+export interface StabilityReport {
+  /** of motion */
+  phase: string;
+  /** of the phase. */
+  verdict: Stability;
+  /** for the verdict */
+  reason: string;
+  /** the rate that decides, `base x` or a joint's error of rate; empty: none */
+  of: string;
+  /** of its oscillation at the end of the phase; 0: it does not oscillate [s] */
+  period: number;
+  /** largest in the first third of the oscillation, or of the phase [rad/s or m/s] */
+  amplitude_before: number;
+  /** largest in the last third [rad/s or m/s] */
+  amplitude_after: number;
+  /** share of the last third in which the actuators of this rate saturated [1] */
+  saturated_share: number;
+}
+export const kStabilityReport: FieldNote[] = [
+  ["phase","","of motion"],
+  ["verdict","","of the phase."],
+  ["reason","","for the verdict"],
+  ["of","","the rate that decides, `base x` or a joint's error of rate; empty: none"],
+  ["period","s","of its oscillation at the end of the phase; 0: it does not oscillate"],
+  ["amplitude_before","rad/s or m/s","largest in the first third of the oscillation, or of the phase"],
+  ["amplitude_after","rad/s or m/s","largest in the last third"],
+  ["saturated_share","1","share of the last third in which the actuators of this rate saturated"],
+];
+
+export type Stability = "unstable" | "not_evaluated" | "stable";
+
 // distances between bodies with shapes.
 export interface Clearances {
-  /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
+  /** pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is missed, and while it holds (an end-effector that passes *through* its own target before is not reported), and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. Neighbours along the tree are not checked */
   unwatched: [string, string][];
   /** of all phases */
   minimum: MinimumClearance;
@@ -2090,7 +2213,7 @@ export interface Clearances {
   events: ClearanceEvent[];
 }
 export const kClearances: FieldNote[] = [
-  ["unwatched","","pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either"],
+  ["unwatched","","pairs of bodies that were not checked: the link that grasps and its target until the grasp closes or is missed, and while it holds (an end-effector that passes *through* its own target before is not reported), and pairs ignored by the scenario. From a miss, a rebound or a release on the pair is checked: until it has come to the required clearance, an overlap counts only where it is deeper than when the grasp opened. Neighbours along the tree are not checked"],
   ["minimum","","of all phases"],
   ["phases","","per phase"],
   ["events","","bodies too near"],

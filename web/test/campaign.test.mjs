@@ -178,7 +178,7 @@ describe("a success map over one axis", () => {
 describe("success maps lead to their cases", () => {
   test("the map shows what the headline counts, a cell keeps its cases, saved ones are linked", async () => {
     const { page: p, context, faults } = await shown(page("map-cells", campaignData("map")));
-    assert.match(await p.locator("#study-verdict").innerText(), /^4 of 12 points capture with probability 0\.9 or more/);
+    assert.match(await p.locator("#study-verdict").innerText(), /^4 of 12 points succeed with probability 0\.9 or more/);
     assert.match(await p.locator("#study-success-map .st-card-title").innerText(), /lower end of its interval/);
     assert.deepEqual(await p.locator("#study-success-map .cp-success-map svg .cp-cell").evaluateAll((all) => all.filter((t) => !t.textContent.startsWith("<") && Number(t.textContent.replace(">", "0")) >= 0.9).length) <= 4, true);
     const map = p.locator("#study-success-map .cp-success-map > svg");

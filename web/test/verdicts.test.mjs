@@ -61,3 +61,27 @@ test("what follows the first overlap is shaded", () => {
   assert.notEqual(v.phaseTint(v.kBeyond), "transparent");
   assert.equal(v.shades([{ ...run, validUntil: null }]).length, 1);
 });
+
+test("loads and control: what speaks against a run leads", () => {
+  const of = (summary) => answer({ status: "completed", ledger: {}, ...summary }, "Loads and control");
+  assert.equal(of({}).word, "Not evaluated");
+  assert.equal(of({}).tone, "none");
+  const load = (margin, quantity = "force") => ({ of: "elbow", quantity, phase: "contact", peak: 1, time: 0, rating: 1, margin, assumed_duration: false });
+  assert.equal(of({ loads: [load(0.2)] }).tone, "good");
+  const exceeded = of({ loads: [load(-2.137), load(0.2)] });
+  assert.equal(exceeded.tone, "bad");
+  assert.match(exceeded.said, /^Ratings exceeded: elbow \(force\)\.$/);
+  // A drive at its effort limit is saturated, and exceeds nothing.
+  const saturation = [{ actuator: "wheel", name: "wheel-1", quantity: "rate", limit: 418.88, first_time: 10, duration: 52, share: 0.44, at_end: true }];
+  const saturated = of({ loads: [load(0, "driving")], saturation });
+  assert.equal(saturated.tone, "warn");
+  assert.match(saturated.said, /wheel wheel-1, rate, for 52\s?s \(44\s?%\), first at 10\s?s, and at the end/);
+  const stability = [{ phase: "post_impact", verdict: "unstable", reason: "the oscillation grows", of: "base x", period: 0.4, amplitude_before: 0.1, amplitude_after: 0.3, saturated_share: 0 }];
+  const unstable = of({ saturation, stability });
+  assert.equal(unstable.word, "Unstable");
+  assert.match(unstable.said, /base x oscillates with a period of 0\.4/);
+  const rest = { at_rest: false, time: null, angular_velocity: 0.02, angular_velocity_limit: 0.01, joint: "", joint_rate: 0, joint_rate_limit: null };
+  assert.equal(of({ post_impact: { at_rest: rest } }).word, "Not at rest");
+  const stable = [{ ...stability[0], verdict: "stable" }];
+  assert.equal(of({ stability: stable, post_impact: { at_rest: { ...rest, at_rest: true, time: 31 } } }).word, "At rest");
+});

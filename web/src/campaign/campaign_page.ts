@@ -3,7 +3,7 @@ import "../study/study.css";
 import "./campaign.css";
 import type { CampaignData, ReportData } from "../data";
 import { element } from "../dom";
-import { number, withUnit } from "../format";
+import { number, pasted, withUnit } from "../format";
 import { assemble } from "../study/assemble";
 import { breakable, counted, plural } from "../study/describe";
 import { filterBar } from "../study/filter_bar";
@@ -23,7 +23,7 @@ import { campaignModel } from "./read";
 import { kSuccessLabels, type Sample, sampleOf } from "./sample";
 import { SpreadChart } from "./spread_chart";
 import { failuresCard, savedLink, worstCard } from "./worst";
-import { interval, percent, probability, samplingName, share } from "./words";
+import { interval, kCaptureProbability, percent, probability, samplingName, share, successName } from "./words";
 
 export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
   const campaign = data.campaign;
@@ -61,7 +61,7 @@ export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
 }
 
 export function commandFor(campaign: CampaignData, index: number): string {
-  return text(campaign.command).split("{K}").join(String(index));
+  return pasted(text(campaign.command).split("{K}").join(String(index)));
 }
 
 function successMapOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {
@@ -126,7 +126,14 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
 function verdictOf(model: CampaignModel, p: Proportion): [string, string] {
   if (p.trials === 0) return ["No cases yet", ""];
   const assumed = model.assumed > 0 ? (model.assumed === p.successes ? ", assumed and not judged" : `, ${counted(model.assumed)} of them assumed and not judged`) : "";
-  return [`Capture probability ${probability(p.estimate)}${model.assumed > 0 ? " (assumed)" : ""}`, `${percent(model.confidence)} interval ${interval(p)}; ${share(p)} cases meet ${criteriaInWords(model)}${assumed}.`];
+  return [`${successName(model)} ${probability(p.estimate)}${model.assumed > 0 ? " (assumed)" : ""}`, `${percent(model.confidence)} interval ${interval(p)}; ${share(p)} cases meet ${criteriaInWords(model)}${assumed}.${capturesInWords(model)}`];
+}
+
+// Where success takes more than a capture, or other things, how many cases capture.
+function capturesInWords(model: CampaignModel): string {
+  const share = model.columns.find((c) => c.name === "captured")?.mean;
+  if (share === undefined || !Number.isFinite(share) || successName(model) === kCaptureProbability) return "";
+  return ` All grasps close in ${percent(share)} of the cases with a result.`;
 }
 
 // Over all points of a design one probability would mean nothing.
@@ -134,7 +141,7 @@ function successMapVerdict(model: CampaignModel, e: SuccessMap): [string, string
   const sure = (level: number): number => e.points.filter((p) => p.trials > 0 && p.lower >= level).length;
   const reach = [0.99, 0.9, 0.5].map((level) => `${counted(sure(level))} at ${level} or more`);
   const open = e.points.filter((p) => p.trials === 0).length;
-  return [`${counted(sure(0.9))} of ${plural(e.points.length, "point")} capture with probability 0.9 or more`,
+  return [`${counted(sure(0.9))} of ${plural(e.points.length, "point")} ${successName(model) === kCaptureProbability ? "capture" : "succeed"} with probability 0.9 or more`,
     `By the lower end of the ${percent(model.confidence)} interval: ${reach.join(", ")}.${open > 0 ? ` ${plural(open, "point")} without cases.` : ""}`];
 }
 

@@ -10,7 +10,7 @@ import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
 import { onWidth, toggle } from "../study/ui";
 import type { CampaignModel, Proportion } from "./model";
-import { interval, percent, probability, samplingName, share } from "./words";
+import { interval, percent, probability, samplingName, share, successName } from "./words";
 
 interface Row extends Proportion {
   key: string;
@@ -36,7 +36,7 @@ class IntervalChart {
     study: string,
   ) {
     this.rows = rowsOf(model);
-    this.card = chartCard({ id: "probability", title: model.successMap ? "Success over all points of the design" : "Capture probability", study, csv: () => csv(this.rows) });
+    this.card = chartCard({ id: "probability", title: model.successMap ? "Success over all points of the design" : successName(model), study, csv: () => csv(this.rows) });
     if (spread(this.rows) < 0.4) this.card.controls.append(toggle("enlarged", false, (on) => ((this.near = on), this.draw())));
     this.card.note.textContent = note(model);
     onWidth(this.card.body, (width) => {

@@ -1,6 +1,7 @@
 // campaign.json as the page's model. Whatever is missing or of another type becomes empty, null or NaN. No DOM.
 import type * as file from "../campaign_types";
 import type { CampaignData, Partly } from "../data";
+import { pasted } from "../format";
 import type { CampaignModel, Counts, CriterionResult, Described, Failure, GraspCount, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
 import { readSuccessMap } from "./read_success_map";
 import { proportionOf, wilson } from "./wilson";
@@ -129,13 +130,13 @@ function worst(w: Partly<file.WorstCases>): WorstList {
     value: num(one?.value),
     success: typeof one?.success === "boolean" ? one.success : null,
     inputs: list(one?.inputs).map((v) => num(v)),
-    command: text(one?.replay),
+    command: pasted(text(one?.replay)),
   }));
   return { by: text(w?.by), unit: text(w?.unit), direction: text(w?.direction), magnitude: w?.magnitude === true, cases };
 }
 
 function failure(f: Partly<file.Reason>): Failure {
-  const examples = list(f?.examples).map((e) => ({ index: num(e?.index), reason: text(e?.reason), command: text(e?.replay) }));
+  const examples = list(f?.examples).map((e) => ({ index: num(e?.index), reason: text(e?.reason), command: pasted(text(e?.replay)) }));
   return { status: text(f?.status), reason: text(f?.reason), count: num(f?.count, 0), examples };
 }
 

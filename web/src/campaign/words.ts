@@ -1,7 +1,7 @@
 // Numbers of campaigns in words: probabilities keep the digits that tell them from 0 and 1. No DOM.
 import { number } from "../format";
 import { counted } from "../study/describe";
-import type { Proportion } from "./model";
+import type { CampaignModel, Proportion } from "./model";
 
 // 0.9734, 0.99982, 1: four digits, and as many more as the distance to 1 needs.
 export function probability(p: number, digits = 4): string {
@@ -29,6 +29,14 @@ export function samplingName(sampling: string): string {
 // Ticks of an axis to such a number: 2·10¹⁴ where all digits would run into each other.
 export function tickOf(most: number): { tickFormat?: (v: number) => string } {
   return most >= 1e5 ? { tickFormat: (v) => number(v) } : {};
+}
+
+export const kCaptureProbability = "Capture probability";
+
+// What the share of successes is: of captures only where closed grasps are all that a success takes.
+export function successName(model: CampaignModel): string {
+  const text = model.criteria.length === 1 ? model.criteria[0].text.trim() : "";
+  return /^captured( *(==|>=?) *[01](\.[05]*)?)?$/.test(text) ? kCaptureProbability : "Success probability";
 }
 
 // "97 340 of 100 000"

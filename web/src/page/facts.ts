@@ -145,6 +145,11 @@ export function worstMargin(s: PartlySummary): WorstMargin | null {
   return least;
 }
 
+// A drive that is cut at its effort limit has no margin, and is not close to a rating either.
+export function isSaturated(quantity: unknown, margin: number): boolean {
+  return text(quantity).startsWith("driving") && Math.abs(margin) <= 1e-9;
+}
+
 function marginFact(s: PartlySummary): Fact {
   const worst = worstMargin(s);
   const fact: Fact = {
@@ -161,7 +166,9 @@ function marginFact(s: PartlySummary): Fact {
     ...fact,
     value: 100 * worst.margin,
     detail: `${text(worst.of)}: ${words(worst.quantity)} ${number(num(worst.load))} of ${withUnit(num(worst.rating), unit)}${worst.phase ? ` (${words(worst.phase)})` : ""}${worst.assumed_duration ? ", over an assumed duration" : ""}`,
-    ...(worst.margin < 0
+    ...(isSaturated(worst.quantity, worst.margin)
+      ? { tone: "warn", word: "saturated:" }
+      : worst.margin < 0
       ? { tone: "bad", word: "exceeded:" }
       : worst.margin < 0.1
         ? { tone: "warn", word: "close:" }

@@ -2,7 +2,7 @@
 import { element } from "../dom";
 import { number } from "../format";
 import type { PeakLoad } from "../summary_types";
-import { ratingUnit } from "./facts";
+import { isSaturated, ratingUnit } from "./facts";
 import { bar } from "./margins";
 import { list, num, text, words, type Partly, type PartlySummary } from "./read";
 import { absent, fold, mark, table, type Cell, type Column } from "./table";
@@ -67,7 +67,7 @@ function ratedCells(one: Partly<PeakLoad>): Cell[] {
     number(num(one.rating)),
     ratingUnit(one.quantity),
     bar(1 - margin),
-    margin < 0 ? mark("bad", `${percent}, exceeded`) : percent,
+    isSaturated(one.quantity, margin) ? mark("warn", "saturated") : margin < 0 ? mark("bad", `${percent}, exceeded`) : percent,
   ];
 }
 

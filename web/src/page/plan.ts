@@ -11,7 +11,7 @@ export function planSection(s: PartlySummary): HTMLElement[] {
   if (!plan) return [absent("This run has no plan of an approach.")];
   const looked = plan.found !== undefined;
   return [
-    ...found(plan),
+    ...found(s, plan),
     pairs([
       [
         "made least",
@@ -39,8 +39,14 @@ export function planSection(s: PartlySummary): HTMLElement[] {
   ];
 }
 
+export function isUnplanned(s: PartlySummary): boolean {
+  return s.status === "failed" && text(s.failure, "").startsWith("planning");
+}
+
 // Whether final values were found, where they were looked for.
-function found(plan: Partly<PlanReport>): HTMLElement[] {
+function found(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {
+  // Final values may be found for an approach that is not.
+  if (isUnplanned(s)) return [element("p", {}, mark("bad", "no plan found: the run failed while it planned the approach"))];
   if (plan.found === undefined)
     return plan.window ? [] : [element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for.")];
   const outcome = plan.found === true ? mark("good", "final joint values found") : mark("bad", "no solution found; the closest attempt is given");

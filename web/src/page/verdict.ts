@@ -10,14 +10,14 @@ import { mark } from "./table";
 export function verdict(run: Run): HTMLElement[] {
   const s = run.summary ?? {};
   return [
-    element("div", { class: "verdicts" }, captureCard(s), ledgerCard(s), feasibleCard(run)),
+    element("div", { class: "verdicts" }, captureCard(s), ledgerCard(s), feasibleCard(run), controlCard(s)),
     element("div", { class: "tiles" }, ...tiles(keyFacts(run))),
   ];
 }
 
 // The three answers in a word each, for two runs side by side.
 export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; said: string }[] {
-  return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s)].map(({ question, tone, word, said }) => ({
+  return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s), controlAnswer(s)].map(({ question, tone, word, said }) => ({
     question,
     tone,
     word,
@@ -301,6 +301,55 @@ function limitTroubles(run: Run): Trouble[] {
       size: Math.abs((num(event.worst_value) ?? 0) - (num(event.limit) ?? 0)),
     }))
     .sort((a, b) => b.size - a.size);
+}
+
+// ---- Loads and control ----
+
+// What speaks against the run beside capture, conservation and limits, the worst first.
+interface Finding {
+  tone: Tone;
+  word: string;
+  text: string;
+}
+
+function findings(s: PartlySummary): Finding[] {
+  const all: Finding[] = [];
+  const exceeded = new Set(list(s.loads).filter((load) => (num(load.margin) ?? 0) < -1e-9).map((load) => `${text(load.of)} (${text(load.quantity)})`));
+  const unstable = list(s.stability).filter((one) => one.verdict === "unstable");
+  for (const one of unstable)
+    all.push({ tone: "bad", word: "Unstable", text: `Control in ${words(one.phase)}: ${text(one.of)} oscillates with a period of ${withUnit(num(one.period), "s")}, from ${number(num(one.amplitude_before))} to ${number(num(one.amplitude_after))}; ${text(one.reason)}` });
+  if (exceeded.size > 0) all.push({ tone: "bad", word: "Ratings exceeded", text: `Ratings exceeded: ${[...exceeded].slice(0, 4).join(", ")}${exceeded.size > 4 ? ` and ${exceeded.size - 4} more` : ""}` });
+  const rest = s.post_impact?.at_rest;
+  if (rest && rest.at_rest === false)
+    all.push({ tone: "bad", word: "Not at rest", text: `Not at rest at the end: base ${withUnit(num(rest.angular_velocity), "rad/s")} of ${withUnit(num(rest.angular_velocity_limit), "rad/s")}${rest.joint ? `, ${rest.joint} ${number(num(rest.joint_rate))} of ${number(num(rest.joint_rate_limit))}` : ""}` });
+  for (const one of list(s.saturation))
+    all.push({ tone: "warn", word: "Saturated", text: `Saturated: ${words(one.actuator)} ${text(one.name)}, ${words(one.quantity)}, for ${withUnit(num(one.duration), "s", 3)} (${number(100 * (num(one.share) ?? 0), 3)} %), first at ${withUnit(num(one.first_time), "s")}${one.at_end ? ", and at the end" : ""}` });
+  return all;
+}
+
+function controlAnswer(s: PartlySummary): Answer {
+  const question = "Loads and control";
+  const [worst] = findings(s);
+  if (worst) return { question, tone: worst.tone, word: worst.word, said: `${worst.text}.` };
+  const rated = list(s.loads).filter((load) => num(load.margin) !== null).length > 0;
+  const last = list(s.stability).at(-1);
+  const rest = s.post_impact?.at_rest;
+  const said = [
+    rated ? "No rating is exceeded and no drive saturates." : "",
+    last ? (last.verdict === "stable" ? `Control is stable in ${words(last.phase)}.` : `Stability is not evaluated in ${words(last.phase)}: ${text(last.reason)}.`) : "",
+    rest ? `At rest from ${withUnit(num(rest.time), "s")} on.` : "",
+  ].filter((one) => one !== "");
+  if (said.length === 0) return { question, tone: "none", word: "Not evaluated", said: "No ratings and no feedback control." };
+  return last && last.verdict !== "stable" && !rest
+    ? { question, tone: "none", word: rated ? "Ratings kept" : "Not evaluated", said: said.join(" ") }
+    : { question, tone: "good", word: rest ? "At rest" : last ? "Stable" : "Ratings kept", said: said.join(" ") };
+}
+
+function controlCard(s: PartlySummary): HTMLElement {
+  const more = findings(s).slice(1);
+  const shown = more.slice(0, 3).map((one) => one.text);
+  const items = more.length > 3 ? [...shown, `and ${more.length - 3} more`] : shown;
+  return card(controlAnswer(s), items.length > 0 ? element("ul", { class: "events" }, ...items.map((one) => element("li", {}, one))) : null);
 }
 
 // ---- Numbers ----

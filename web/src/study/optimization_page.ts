@@ -1,7 +1,7 @@
 // The page of an optimization.
 import type { OptimizationData, ReportData } from "../data";
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number, pasted, unitText } from "../format";
 import { assemble } from "./assemble";
 import { beforeAfterCard, change } from "./before_after";
 import { counted, plural } from "./describe";
@@ -32,7 +32,7 @@ export function buildOptimizationPage(host: HTMLElement, data: ReportData): void
   const best = search.best;
   const card = pointCard({
     state,
-    command: (k) => (k === best ? text(found.command) : ""),
+    command: (k) => (k === best ? pasted(text(found.command)) : ""),
     remark: (k) => (k === best ? "The best point found." : search.outcome[k] === "beyond" ? "Beyond a limit." : found.search[k] ? `Search: ${found.search[k]}.` : ""),
     steps: false,
   });
@@ -97,7 +97,7 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
       ["SHA-256", text(c?.optimization?.sha256)],
     ],
     text: text(c?.text),
-    more: found.command ? element("div", {}, element("h2", { class: "st-sub" }, "Run the best"), commandLine(found.command)) : null,
+    more: found.command ? element("div", {}, element("h2", { class: "st-sub" }, "Run the best"), commandLine(pasted(text(found.command)))) : null,
   });
 }
 

@@ -1,7 +1,7 @@
 // The page of a sweep.
 import type { ReportData, SweepData } from "../data";
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number, pasted, unitText } from "../format";
 import { mainColumn } from "./choice";
 import { breakable, counted, plural, shown } from "./describe";
 import { extremesCard } from "./extremes";
@@ -15,6 +15,7 @@ import { ParallelCoordinates } from "./parallel";
 import { firstPoint, pointCard } from "./point_card";
 import { PointTable } from "./point_table";
 import { assemble } from "./assemble";
+import { verdictsOf } from "./badge";
 import { Scatter } from "./scatter";
 import { span } from "./shape";
 import { StudyState } from "./state";
@@ -47,7 +48,7 @@ export function buildSweepPage(host: HTMLElement, data: ReportData): void {
 }
 
 export function commandFor(sweep: SweepData, point: number): string {
-  return text(sweep.command).split("{K}").join(String(point));
+  return pasted(text(sweep.command).split("{K}").join(String(point)));
 }
 
 function remark(table: StudyTable, point: number): string {
@@ -66,9 +67,11 @@ const kSimulated: Record<string, string> = {
 function sweepHeader(data: ReportData, sweep: SweepData, table: StudyTable): HTMLElement {
   const count = (status: string): number => table.status.reduce((sum, s) => sum + Number(s === status), 0);
   const [ok, failed, unreachable] = [count("ok"), count("failed"), count("unreachable")];
-  const tone = ok === table.size && ok > 0 ? "good" : ok === 0 ? "bad" : "warn";
+  const { against, clean } = verdictsOf(table);
+  const tone = clean === table.size && clean > 0 ? "good" : ok === 0 ? "bad" : "warn";
   const simulate = text(sweep.settings?.study?.simulate);
-  const verdict = ok === table.size && ok > 0 ? `All ${plural(ok, "point")} ok` : `${counted(ok)} of ${plural(table.size, "point")} ok`;
+  const completed = ok === table.size && ok > 0 ? `All ${plural(ok, "point")} completed` : `${counted(ok)} of ${plural(table.size, "point")} completed`;
+  const verdict = [completed, ...against].join("; ");
   const main = mainColumn(table);
   return header({
     kind: "Study",

@@ -1,0 +1,123 @@
+#include "grapnel/capture/sampled_gains.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/control/effort_response.hpp"
+#include "grapnel/control/sampled_loop.hpp"
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+
+namespace grapnel {
+namespace {
+
+// Where the gains stand, what they are called and what they act on.
+struct Gains {
+  std::string path;  // of kp and kd
+  std::vector<double> kp, kd;
+  bool of_accelerations = false;  // computed torque: the law divides by the inertia itself
+};
+
+SampledLoop loop_of(const Gains& gains, const Eigen::MatrixXd& response, const ControlTiming& timing) {
+  const auto n = static_cast<Eigen::Index>(gains.kp.size());
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+  return {gains.of_accelerations ? one : response, as_vector(gains.kp), as_vector(gains.kd), timing};
+}
+
+// In words, if the loop is unstable.
+std::string describe(const SampledLoop& loop, const Gains& gains, const std::vector<std::string>& names) {
+  constexpr double kUnstable = 1 + 1e-6;
+  const double growth = growth_per_tick(loop);
+  if (!(growth > kUnstable)) return {};
+  const double T = loop.timing.period, lag = T + 2 * loop.timing.delay;
+  // What kd T/I is for the worst of them; with kp T/2 above kd no gains are small enough.
+  Eigen::Index worst = 0, stiff = -1;
+  const auto damping = [&](Eigen::Index j) { return loop.kd[j] * loop.response(j, j) * lag; };
+  for (Eigen::Index j = 0; j < loop.kd.size(); ++j) {
+    if (damping(j) > damping(worst)) worst = j;
+    if (0.5 * loop.kp[j] * lag > loop.kd[j]) stiff = j;
+  }
+  const double share = largest_stable_share(loop);
+  const Eigen::Index named = share > 0 || stiff < 0 ? worst : stiff;
+  const auto at = static_cast<std::size_t>(named);
+  const std::string inertia =
+      gains.of_accelerations ? "" : fmt::format(", inertia {:.4g}", 1 / loop.response(named, named));
+  const std::string period = fmt::format(
+      "control.period {:.4g} s{}", T, loop.timing.delay > 0 ? fmt::format(", delay {:.4g} s", loop.timing.delay) : "");
+  const std::string remedy =
+      share > 0
+          ? fmt::format("use gains at most {:.3g} times as large (kd {:.4g}, kp {:.4g} there), or a shorter period",
+                        share, share * loop.kd[named], share * loop.kp[named])
+          : fmt::format(
+                "kp (period + 2 delay)/2 = {:.4g} exceeds kd = {:.4g} there: use a larger kd, a smaller kp, or "
+                "a shorter period",
+                0.5 * loop.kp[named] * lag, loop.kd[named]);
+  return fmt::format(
+      "{}: the sampled loop is unstable, errors grow {:.3g} times from tick to tick: kd T/I = {:.3g} at {} (kd {:.4g}, "
+      "{}{}), "
+      "and a loop by itself takes less than 2; {}",
+      gains.path, growth, loop.kd[named] * loop.response(named, named) * T, names[at], gains.kd[at], period, inertia,
+      remedy);
+}
+
+// Accelerations of the driven joints by their efforts.
+Eigen::MatrixXd joint_response(const CaptureSystem& system, const State& state) {
+  EffortResponse response(system.model, system.robot_joints, system.closures);
+  response.update(state, {}, Vector3d::zero());
+  const auto n = static_cast<Eigen::Index>(system.robot_joints.size());
+  Eigen::MatrixXd own(n, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    own.row(j) = response.response().row(response.velocity(static_cast<std::size_t>(j)));
+  return 0.5 * (own + own.transpose());
+}
+
+// Angular accelerations of a free base by torques about its axes.
+Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state) {
+  const Eigen::MatrixXd M = mass_matrix(system.model, state);
+  const int v = system.model.bodies()[system.base].v;
+  Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(M.rows(), 3);
+  torques.middleRows(v, 3) = Eigen::Matrix3d::Identity();
+  return Eigen::MatrixXd(Cholesky(M).solve(torques)).middleRows(v, 3);
+}
+
+}  // namespace
+
+std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
+  const CaptureProblem& problem = run.problem;
+  std::vector<std::string> found;
+  if (!problem.control) return found;
+  const ControlTiming& timing = problem.control->timing;
+  const CaptureSystem& system = run.bodies.system;
+  Gains gains;
+  if (approach) {
+    const TrackingSetup& tracking = problem.approach->tracking;
+    const bool is_pd = tracking.mode == JointControl::pd || tracking.mode == JointControl::computed_torque;
+    if (is_pd) gains = {"approach.tracking", tracking.kp, tracking.kd, tracking.mode == JointControl::computed_torque};
+  } else if (has_gains(problem.post_impact->joints)) {
+    const PostImpactSetup& post = *problem.post_impact;
+    gains = {"post_impact", post.kp, post.kd, post.joints == PostImpactSetup::Joints::computed_torque};
+  }
+  const auto look = [&](const Gains& what, const Eigen::MatrixXd& response, const std::vector<std::string>& names) {
+    const std::string text = describe(loop_of(what, response, timing), what, names);
+    if (!text.empty()) found.push_back(text);
+  };
+  if (!gains.kp.empty() && gains.kp.size() == system.robot_joints.size()) {
+    std::vector<std::string> names;
+    for (int j : system.robot_joints)
+      names.push_back(
+          fmt::format("joint '{}'", system.model.bodies()[system.model.joints()[j]].description.joint.name));
+    look(gains, joint_response(system, run.bodies.state), names);
+  }
+  const auto& base = approach ? problem.approach->base_control : problem.post_impact->base_control;
+  if (!base || !system.model.has_free_root(system.base)) return found;
+  Gains attitude{approach ? "approach.base_control" : "post_impact.base_control",
+                 {base->kp[0], base->kp[1], base->kp[2]},
+                 {base->kd[0], base->kd[1], base->kd[2]}};
+  look(attitude, base_response(system, run.bodies.state),
+       {"the base's x axis", "the base's y axis", "the base's z axis"});
+  return found;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,314 @@
+#include "grapnel/capture/stability_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/result/text_table.hpp"
+#include "grapnel/result/verdicts.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kMostHalves = 3000;
+constexpr std::size_t kBins = 96;
+
+// ---- The criteria ----
+
+// Half-cycles in all, and of them in a third.
+constexpr std::size_t kLeastHalves = 9;
+// Growth of the peaks from the first to the second third of the half-cycles, and from there to the last.
+constexpr double kGrowsEarly = 1.1, kGrowsLate = 1.2;
+// Fast growth: so many half-cycles at the end, each with a peak so much larger than that of the one before.
+constexpr std::size_t kFastHalves = 4;
+constexpr double kFastGrowth = 1.15;
+// Of an oscillation that is forced, both, and of each half-cycle.
+constexpr double kGrowsForced = 4, kGrowsForcedEach = 1.3;
+// Where springs or free joints store energy, that of all motion must grow too: else they only exchange it.
+constexpr double kEnergyGrows = 1.05;
+// Peaks of a sustained oscillation, of the last third over the second, and the share of the time at the limit.
+constexpr double kSustained = 0.8, kSaturated = 0.2;
+// Smaller peaks, of the largest of the phase, have settled.
+constexpr double kSettled = 0.02;
+// A phase whose last third stays below this share of its first has decayed.
+constexpr double kDecayed = 0.5;
+// Rates of rounding [rad/s or m/s], and multiples of a sensor's deviation that count as noise.
+constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
+
+}  // namespace
+
+// ---- Oscillation ----
+
+void Oscillation::add(double t0, double t1, double value, bool saturated, double energy) {
+  const int sign = value > 0 ? 1 : value < 0 ? -1 : sign_;
+  if (halves_.empty() || sign != sign_) {
+    if (halves_.size() >= kMostHalves) merge_halves();
+    halves_.push_back({t0, t1, 0, 0, 0, 1});
+    sign_ = sign;
+  }
+  Half& half = halves_.back();
+  half.end = t1;
+  half.peak = std::max(half.peak, std::abs(value)), half.energy = std::max(half.energy, energy);
+  if (saturated) half.saturated += t1 - t0;
+  if (std::isnan(start_)) start_ = t0, width_ = std::max(t1 - t0, 1e-9) / 4;
+  bin(t1, std::abs(value));
+}
+
+void Oscillation::merge_halves() {
+  std::vector<Half> merged;
+  for (std::size_t i = 0; i < halves_.size(); ++i) {
+    if (i % 3 == 0) {
+      merged.push_back(halves_[i]);
+      continue;
+    }
+    Half& all = merged.back();
+    const Half& one = halves_[i];
+    all.end = one.end, all.count += one.count, all.saturated += one.saturated;
+    all.peak = std::max(all.peak, one.peak), all.energy = std::max(all.energy, one.energy);
+  }
+  halves_ = std::move(merged);
+}
+
+void Oscillation::bin(double t, double value) {
+  end_ = t;
+  while (t - start_ >= width_ * static_cast<double>(kBins)) {
+    for (std::size_t i = 0; 2 * i < bins_.size(); ++i)
+      bins_[i] = std::max(bins_[2 * i], 2 * i + 1 < bins_.size() ? bins_[2 * i + 1] : 0.0);
+    bins_.resize((bins_.size() + 1) / 2);
+    width_ *= 2;
+  }
+  const auto at = static_cast<std::size_t>((t - start_) / width_);
+  if (at >= bins_.size()) bins_.resize(at + 1, 0.0);
+  bins_[at] = std::max(bins_[at], value);
+}
+
+double Oscillation::in_bins(double from, double to) const {
+  const double duration = end_ - start_;
+  double most = 0;
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    const double middle = (static_cast<double>(i) + 0.5) * width_;
+    if (middle >= from * duration && middle <= to * duration + width_) most = std::max(most, bins_[i]);
+  }
+  return most;
+}
+
+std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
+  if (halves_.size() < least) return {};
+  std::vector<Third> thirds(3);
+  const std::size_t size = halves_.size() / 3, rest = halves_.size() % 3;
+  const Half &last = halves_.back(), &before = halves_[halves_.size() - 2];
+  for (std::size_t i = rest; i < halves_.size(); ++i) {
+    Third& third = thirds[(i - rest) / size];
+    const Half& half = halves_[i];
+    third.peak = std::max(third.peak, half.peak), third.energy = std::max(third.energy, half.energy);
+    if (&half == &last) continue;  // it is not over
+    third.duration += half.end - half.begin, third.saturated += half.saturated, third.count += half.count;
+  }
+  const auto mean = [](const Half& half) { return (half.end - half.begin) / static_cast<double>(half.count); };
+  const double usual = std::max(mean(before), thirds[2].duration / static_cast<double>(std::max(1L, thirds[2].count)));
+  return mean(last) > 3 * usual ? std::vector<Third>() : thirds;
+}
+
+std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double factor) const {
+  if (halves_.size() < count + 1) return {};  // the last one is not over
+  const std::size_t end = halves_.size() - 1, begin = end - count;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    if (!(halves_[i].peak > factor * halves_[i - 1].peak)) return {};
+  }
+  const Half &first = halves_[begin], &last = halves_[end - 1];
+  const double period = 2 * (last.end - first.begin) / static_cast<double>(count);
+  return Growth{first.peak, last.peak, last.energy / first.energy, period};
+}
+
+// ---- The verdict ----
+
+StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy, bool forced) {
+  StabilityReport report;
+  const double floor = std::max(kSettledRate, kNoiseDeviations * noise);
+  const std::vector<Oscillation::Third> thirds = o.thirds(kLeastHalves);
+  if (!thirds.empty()) {
+    const Oscillation::Third &first = thirds[0], &middle = thirds[1], &last = thirds[2];
+    report.period = 2 * last.duration / static_cast<double>(std::max(1L, last.count));
+    report.amplitude_before = first.peak, report.amplitude_after = last.peak;
+    report.saturated_share = last.duration > 0 ? last.saturated / last.duration : 0;
+    const bool is_large = last.peak > std::max(floor, kSettled * o.largest());
+    const double early = forced ? kGrowsForced : kGrowsEarly, late = forced ? kGrowsForced : kGrowsLate;
+    const bool grows = middle.peak > early * first.peak && last.peak > late * middle.peak &&
+                       (!stores_energy || last.energy > kEnergyGrows * middle.energy);
+    const bool is_sustained = !forced && last.peak > kSustained * middle.peak && report.saturated_share > kSaturated;
+    if (is_large && (grows || is_sustained)) {
+      report.verdict = Stability::unstable;
+      report.reason = grows ? "the oscillation grows" : "the oscillation does not decay and the actuator saturates";
+      return report;
+    }
+  }
+  const std::optional<Oscillation::Growth> growth =
+      o.growth(forced ? kLeastHalves : kFastHalves, forced ? kGrowsForcedEach : kFastGrowth);
+  if (growth && growth->last > std::max(floor, kSettled * o.largest()) &&
+      (!stores_energy || growth->energy_factor > kEnergyGrows)) {
+    report.period = growth->period, report.amplitude_before = growth->first, report.amplitude_after = growth->last;
+    report.verdict = Stability::unstable, report.reason = "the oscillation grows";
+    return report;
+  }
+  report.period = 0, report.saturated_share = 0;
+  report.amplitude_before = o.first(), report.amplitude_after = o.last();
+  if (forced) {
+    report.reason = "joints follow a reference that moves, or noise";
+    return report;
+  }
+  if (o.last() <= std::max(floor, kDecayed * o.first()) || o.last() <= kSettled * o.largest()) {
+    report.verdict = Stability::stable;
+    report.reason = "the rate has decayed";
+  } else {
+    report.reason = "the rate neither decays nor is unstable in this phase";
+  }
+  return report;
+}
+
+// ---- Phases ----
+
+StabilityMonitor::StabilityMonitor(const CaptureProblem& problem) : problem_(problem) {}
+
+void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
+                                   bool moved_by_law, bool after_impact) {
+  name_ = name, system_ = &system, dynamics_ = &dynamics, moved_by_law_ = moved_by_law;
+  signals_.clear();
+  const PhaseSetup& setup = dynamics.setup();
+  const Model& model = system.model;
+  const double period = problem_.control ? problem_.control->timing.period : 0;
+  const SensorSetup sensors = problem_.sensors.value_or(SensorSetup{});
+  const int root = setup.attitude ? setup.attitude->root : setup.commanded_root;
+  for (int k = 0; root >= 0 && k < 3; ++k) {
+    Signal signal;
+    signal.of = std::string("base ") + "xyz"[k];
+    signal.velocity = model.bodies()[static_cast<std::size_t>(root)].v + k, signal.axis = k;
+    signal.limit = setup.attitude ? setup.attitude->limit[k] : std::numeric_limits<double>::infinity();
+    if (sensors.gyro) signal.noise = sensors.gyro->deviation(period) + sensors.gyro->quantum;
+    signals_.push_back(signal);
+  }
+  stores_energy_ = false;
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const JointDescription& joint = model.bodies()[static_cast<std::size_t>(model.joints()[j])].description.joint;
+    const bool is_robots = std::count(system.robot_joints.begin(), system.robot_joints.end(), static_cast<int>(j)) > 0;
+    const ControlOutput output = setup.drives.empty() ? ControlOutput::none : output_of(setup.drives[j].control);
+    stores_energy_ = stores_energy_ || yields(joint) || (is_robots && output == ControlOutput::none);
+    if (!is_robots || !works_by_effort(output) || (output == ControlOutput::command && moved_by_law)) continue;
+    Signal signal;
+    signal.of = joint.name, signal.joint = static_cast<int>(j);
+    signal.velocity = model.bodies()[static_cast<std::size_t>(model.joints()[j])].v;
+    signal.limit = joint.limits.effort;
+    if (sensors.joints && period > 0)
+      signal.noise = sensors.joints->rate_noise + sensors.joints->rate_quantum +
+                     (sensors.joints->noise + sensors.joints->position_quantum()) / period;
+    signals_.push_back(signal);
+  }
+  seeks_rest_ = after_impact && problem_.post_impact && problem_.post_impact->at_rest;
+  if (!seeks_rest_ || rest_) return;
+  rest_.emplace();
+  rest_->angular_velocity_limit = problem_.post_impact->at_rest->angular_velocity;
+  rest_->joint_rate_limit = problem_.post_impact->at_rest->joint_rate;
+}
+
+// Of all motion but that of wheels and rotors in the base, and of springs.
+double StabilityMonitor::energy(const State& state) const {
+  State still = state;
+  const Model& model = system_->model;
+  const auto stop = [&](int joint) {
+    still.v[static_cast<std::size_t>(model.bodies()[static_cast<std::size_t>(model.joints()[joint])].v)] = 0;
+  };
+  for (const int wheel : system_->wheels) stop(wheel);
+  for (const CaptureSystem::Gyro& gyro : system_->gyros) stop(gyro.rotor);
+  const ConservedQuantities q = conserved_quantities(model, forward_kinematics(model, still), still);
+  return q.kinetic_energy + q.elastic_energy;
+}
+
+// Whether a reference of a joint moves in a step, or a joint follows noise.
+bool StabilityMonitor::is_forced(double begin, double end) const {
+  constexpr double kMoves = 1e-9;  // [rad/s or m/s]
+  const PhaseSetup& setup = dynamics_->setup();
+  for (const int joint : system_->robot_joints) {
+    if (setup.drives.empty()) return false;
+    const JointDrive& drive = setup.drives[static_cast<std::size_t>(joint)];
+    if (drive.control == JointControl::free) continue;
+    if (drive.noise.amplitude() != 0) return true;
+    const JointPoint at = evaluate(drive.trajectory, end, 0.5 * (begin + end));
+    if (std::abs(at.rate) > kMoves || std::abs(at.acceleration) > kMoves) return true;
+  }
+  return false;
+}
+
+void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_is_saturated) {
+  constexpr double kAtLimit = 1 - 1e-9;
+  const PhaseSetup& setup = dynamics_->setup();
+  const double now = stores_energy_ ? energy(reached.state) : 0;
+  const bool forced = moved_by_law_ || is_forced(begin, reached.time);
+  for (Signal& signal : signals_) {
+    double value = reached.state.v[static_cast<std::size_t>(signal.velocity)];
+    bool saturated = false;
+    if (signal.joint < 0) {
+      const double asked = reached.dynamics->base().asked()[signal.axis];
+      saturated = base_is_saturated || (std::isfinite(signal.limit) && std::abs(asked) >= kAtLimit * signal.limit);
+    } else {
+      const auto j = static_cast<std::size_t>(signal.joint);
+      const JointTrajectory& trajectory = setup.drives[j].trajectory;
+      value -= evaluate(trajectory, reached.time, 0.5 * (begin + reached.time)).rate;
+      saturated = std::isfinite(signal.limit) && std::abs(reached.motor[j]) >= kAtLimit * signal.limit;
+    }
+    (forced ? signal.forced : signal.oscillation).add(begin, reached.time, value, saturated, now);
+  }
+}
+
+void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
+  const Model& model = system_->model;
+  const Body& base = model.bodies()[static_cast<std::size_t>(system_->base)];
+  RestReport& rest = *rest_;
+  rest.angular_velocity = 0;
+  if (base.description.joint.type == JointType::free) {
+    const double* w = reached.state.v.data() + base.v;
+    rest.angular_velocity = norm(Vector3d{w[0], w[1], w[2]});
+  }
+  rest.joint_rate = 0, rest.joint.clear();
+  for (const int joint : system_->robot_joints) {
+    if (!std::isfinite(rest.joint_rate_limit)) break;
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[joint])];
+    const double rate = std::abs(reached.state.v[static_cast<std::size_t>(body.v)]);
+    if (rest.joint.empty() || rate > rest.joint_rate) rest.joint = body.description.joint.name, rest.joint_rate = rate;
+  }
+  const bool within = rest.angular_velocity <= rest.angular_velocity_limit && rest.joint_rate <= rest.joint_rate_limit;
+  if (within && !rest.at_rest) rest.time = begin < reached.time ? reached.time : begin;
+  if (!within) rest.time = std::numeric_limits<double>::quiet_NaN();
+  rest.at_rest = within;
+}
+
+void StabilityMonitor::end_phase() {
+  if (signals_.empty()) return;
+  StabilityReport decides;
+  double ratio = -1;
+  for (const Signal& signal : signals_) {
+    StabilityReport report = evaluate_oscillation(signal.oscillation, signal.noise, stores_energy_);
+    const StabilityReport forced = evaluate_oscillation(signal.forced, signal.noise, stores_energy_, true);
+    const bool decides_forced = forced.verdict == Stability::unstable || signal.oscillation.empty();
+    if (report.verdict != Stability::unstable && decides_forced) report = forced;
+    report.phase = name_, report.of = signal.of;
+    const double own = report.amplitude_before > 0 ? report.amplitude_after / report.amplitude_before : 0;
+    if (ratio >= 0 && (report.verdict > decides.verdict || (report.verdict == decides.verdict && own <= ratio)))
+      continue;
+    decides = report, ratio = own;
+  }
+  signals_.clear();
+  reports_.push_back(decides);
+}
+
+void StabilityMonitor::write(CaptureResult& result) const {
+  result.stability = reports_;
+  result.rest = rest_;
+  for (const StabilityReport& report : reports_) {
+    if (report.verdict == Stability::unstable) result.warnings.push_back(instability_text(report));
+  }
+  if (rest_ && !rest_->at_rest) result.warnings.push_back(rest_sentence(result));
+}
+
+}  // namespace grapnel

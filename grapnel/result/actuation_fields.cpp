@@ -1,0 +1,100 @@
+// The fields of summary.json that report saturation, stability and rest.
+#include <cmath>
+#include <optional>
+
+#include "grapnel/result/result_documents.hpp"
+
+namespace grapnel {
+
+template <>
+const Type& type_of<SaturationReport::Actuator>() {
+  using A = SaturationReport::Actuator;
+  static constexpr Choice choices[] = {choice(A::wheel, "wheel"), choice(A::gyro, "gyro"),
+                                       choice(A::gyros, "gyros"), choice(A::thruster, "thruster"),
+                                       choice(A::joint, "joint"), choice(A::base_control, "base_control")};
+  static constexpr Type type = enumeration<A>("SaturatedActuator", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<SaturationReport::Quantity>() {
+  using Q = SaturationReport::Quantity;
+  static constexpr Choice choices[] = {
+      choice(Q::rate, "rate", "of a wheel or gimbal."), choice(Q::torque, "torque", "of a motor or of base control."),
+      choice(Q::effort, "effort", "of a joint's drive."),
+      choice(Q::duty, "duty", "a thruster is on all the time and less is given than is commanded."),
+      choice(Q::singularity, "singularity", "an array of gyros that is steered is near a singularity.")};
+  static constexpr Type type = enumeration<Q>("SaturatedQuantity", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<SaturationReport>() {
+  using S = SaturationReport;
+  static constexpr Field fields[] = {
+      field<&S::actuator>("actuator", "kind of actuator"),
+      field<&S::name>("name", "of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z`"),
+      field<&S::quantity>("quantity", "that is at its limit."),
+      field<&S::limit>("limit", "rad/s, N m, N or 1",
+                       "of a thruster the share of time 1, of a singularity the measure below which an array is near"),
+      field<&S::first_time>("first_time", "s", "start of the first saturation"),
+      field<&S::duration>("duration", "s", "total time at the limit, by integration steps"),
+      field<&S::share>("share", "1", "duration over the simulated time of all phases of motion"),
+      field<&S::at_end>("at_end", "whether the actuator was at its limit at the end of the run"),
+  };
+  static constexpr Type type = structure<S>("SaturationReport", "an actuator that was at its limit.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Stability>() {
+  static constexpr Choice choices[] = {
+      choice(Stability::unstable, "unstable",
+             "a controlled rate oscillates and grows, or oscillates without decay while its actuator saturates."),
+      choice(Stability::not_evaluated, "not_evaluated",
+             "no feedback, or neither instability nor decay is established."),
+      choice(Stability::stable, "stable", "every controlled rate has decayed at the end of the phase.")};
+  static constexpr Type type = enumeration<Stability>("Stability", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<StabilityReport>() {
+  using S = StabilityReport;
+  static constexpr Field fields[] = {
+      field<&S::phase>("phase", "of motion"),
+      field<&S::verdict>("verdict", "of the phase."),
+      field<&S::reason>("reason", "for the verdict"),
+      field<&S::of>("of", "the rate that decides, `base x` or a joint's error of rate; empty: none"),
+      field<&S::period>("period", "s", "of its oscillation at the end of the phase; 0: it does not oscillate"),
+      field<&S::amplitude_before>("amplitude_before", "rad/s or m/s",
+                                  "largest in the first third of the oscillation, or of the phase"),
+      field<&S::amplitude_after>("amplitude_after", "rad/s or m/s", "largest in the last third"),
+      field<&S::saturated_share>("saturated_share", "1",
+                                 "share of the last third in which the actuators of this rate saturated"),
+  };
+  static constexpr Type type =
+      structure<S>("StabilityReport", "stability of the control loops in one phase of motion.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<RestReport>() {
+  using R = RestReport;
+  static constexpr Field fields[] = {
+      field<&R::at_rest>("at_rest", "whether all rates were below their limits from `time` on to the end"),
+      field<&R::time>("time", "s", "from which on they were; null: they were not").or_null(),
+      field<&R::angular_velocity>("angular_velocity", "rad/s", "of the base, in W, at the end"),
+      field<&R::angular_velocity_limit>("angular_velocity_limit", "rad/s", "post_impact.at_rest.angular_velocity"),
+      field<&R::joint>("joint", "with the largest rate at the end; empty: joints are not evaluated"),
+      field<&R::joint_rate>("joint_rate", "rad/s or m/s", "its magnitude at the end"),
+      field<&R::joint_rate_limit>("joint_rate_limit", "rad/s or m/s",
+                                  "post_impact.at_rest.joint_rate; null: joints are not evaluated")
+          .or_null(),
+  };
+  static constexpr Type type =
+      structure<R>("RestReport", "whether the motion after the impact came to rest, post_impact.at_rest.", fields);
+  return type;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// What a run reports of its actuators and control loops: saturation, stability, and whether the system came to rest.
+/// Part of CaptureResult. What each field is: actuation_fields.cpp. Public, kept stable.
+
+#include <limits>
+#include <string>
+
+namespace grapnel {
+
+/// An actuator at its limit.
+struct SaturationReport {
+  enum class Actuator { wheel, gyro, gyros, thruster, joint, base_control };
+  /// singularity: of an array of gyros that is steered.
+  enum class Quantity { rate, torque, effort, duty, singularity };
+  Actuator actuator = Actuator::wheel;
+  std::string name;
+  Quantity quantity = Quantity::rate;
+  double limit = 0;
+  double first_time = 0;
+  double duration = 0;
+  double share = 0;
+  bool at_end = false;
+};
+
+enum class Stability { unstable, not_evaluated, stable };
+
+/// The control loops of one phase.
+struct StabilityReport {
+  std::string phase;
+  Stability verdict = Stability::not_evaluated;
+  std::string reason;
+  std::string of;  // the rate that decides; empty: none
+  double period = 0;
+  double amplitude_before = 0, amplitude_after = 0;
+  double saturated_share = 0;
+};
+
+/// Whether the motion after the impact came to rest within stated rates.
+struct RestReport {
+  bool at_rest = false;
+  double time = std::numeric_limits<double>::quiet_NaN();
+  double angular_velocity = 0, angular_velocity_limit = 0;
+  std::string joint;
+  double joint_rate = 0, joint_rate_limit = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace grapnel

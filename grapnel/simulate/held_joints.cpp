@@ -1,0 +1,124 @@
+/// What JointModes asks of the dynamics of a phase: what holds joints at rest, and how they would move without it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/constraint/loop_limits.hpp"
+#include "grapnel/simulate/phase_dynamics.hpp"
+
+namespace grapnel {
+
+// Held joints are at rest as prescribed.
+void PhaseDynamics::hold_joints() {
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    const bool held = joint.mode == JointModes::Mode::held;
+    const bool computed = output_of(setup_.drives[joint.joint].control) == ControlOutput::acceleration;
+    prescribed_[joint.v] = held;
+    commanded_[joint.v] = held || computed;
+    if (held) acceleration_[joint.v] = 0;
+  }
+}
+
+void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
+  JointModes::Dynamics dynamics;
+  dynamics.respond = [&] {
+    hold_joints();
+    load(t, y);
+    if (projects()) close_loops(t);
+    accelerate(t);
+    return held_response();
+  };
+  dynamics.mobility = [&](std::span<const int> velocities) { return mobility_of(velocities); };
+  dynamics.released = [&](std::span<const int> velocities) { return accelerations_released(velocities); };
+  modes_.choose(y.first(model_.coordinates()), y.subspan(model_.coordinates(), model_.velocities()), dynamics);
+  hold_joints();
+}
+
+// Of the last evaluation.
+JointModes::OpenEfforts PhaseDynamics::open_efforts() const {
+  if (!solver_ || !modes_.any_held() || solver_->rank() == solver_->rows()) return {};
+  LoopSolver::JointEfforts efforts = solver_->self_stress_efforts(workspace_);
+  return {std::move(efforts.effort), std::move(efforts.terms)};
+}
+
+// What joints transmit is I A + p; its component along the axis is found to rounding of its size.
+JointModes::Response PhaseDynamics::held_response() {
+  constexpr double kRounding = 1e-13;
+  rounding_.assign(friction_.size(), 0.0);
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    const Body& body = model_.bodies()[model_.joints()[joint.joint]];
+    const LinkScratch<double>& link = workspace_.kernel.links[body.placement.link];
+    const Wrenchd F = link.I * link.A + link.p;
+    rounding_[joint.joint] =
+        kRounding * (body.description.joint.type == JointType::prismatic ? norm(F.linear) : norm(F.angular));
+  }
+  JointModes::Response response{vdot_, friction_, rounding_};
+  response.open = open_efforts();
+  response.possible = !solver_ || solver_->contradiction() <= loop_limits::kContradiction;
+  return response;
+}
+
+// Columns of M^-1 on and off the loops, by unit efforts on the system at rest.
+JointModes::Mobility PhaseDynamics::mobility_of(std::span<const int> velocities) {
+  std::vector<std::uint8_t> prescribed = prescribed_;
+  for (const int v : velocities) prescribed[v] = 0;
+  const std::vector<double> none(prescribed.size(), 0.0);
+  std::vector<double> force(none), unit(none);
+  DynamicsInput<double> in;
+  in.q = now_.q, in.v = at_rest_, in.force = unit, in.prescribed = prescribed, in.acceleration = none;
+  const auto count = static_cast<Eigen::Index>(velocities.size());
+  JointModes::Mobility mobility{Eigen::MatrixXd(count, count), Eigen::VectorXd(count)};
+  std::vector<double> vdot(none);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const int v = velocities[static_cast<std::size_t>(j)];
+    unit[v] = 1;
+    articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot, force);
+    mobility.without_loops[j] = vdot[v];
+    if (solver_) solver_->accelerations(in, 0, workspace_, vdot, force);
+    for (Eigen::Index i = 0; i < count; ++i) mobility.with_loops(i, j) = vdot[velocities[static_cast<std::size_t>(i)]];
+    unit[v] = 0;
+  }
+  mobility.with_loops = (0.5 * (mobility.with_loops + mobility.with_loops.transpose())).eval();
+  return mobility;
+}
+
+Eigen::VectorXd PhaseDynamics::accelerations_released(std::span<const int> velocities) {
+  for (std::size_t j = 0; j < motor_.size(); ++j)
+    force_[model_.bodies()[model_.joints()[j]].v] = motor_[j] + friction_[j] + spring_[j];
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    if (std::find(velocities.begin(), velocities.end(), joint.v) != velocities.end())
+      force_[joint.v] = motor_[joint.joint] + spring_[joint.joint];
+  }
+  std::vector<std::uint8_t> prescribed = prescribed_;
+  for (const int v : velocities) prescribed[v] = 0;
+  solve(prescribed);
+  Eigen::VectorXd accelerations(static_cast<Eigen::Index>(velocities.size()));
+  for (std::size_t i = 0; i < velocities.size(); ++i)
+    accelerations[static_cast<Eigen::Index>(i)] = vdot_[velocities[i]];
+  return accelerations;
+}
+
+// Where loops leave open what holds stuck joints: gives them the friction of least norm, under which they stay at rest
+// as if nothing held them, so that the loops' multipliers are those that belong to it.
+void PhaseDynamics::settle_friction() {
+  if (!modes_.any_held()) return;
+  const std::vector<int> released = modes_.share_out(open_efforts(), friction_);
+  if (!released.empty()) {
+    open_stresses_ = solver_->self_stresses();
+    std::vector<std::uint8_t> prescribed = prescribed_;
+    for (const JointModes::Joint& joint : modes_.joints()) {
+      if (std::find(released.begin(), released.end(), joint.v) == released.end()) continue;
+      prescribed[joint.v] = 0;
+      force_[joint.v] = motor_[joint.joint] + spring_[joint.joint] + friction_[joint.joint];
+    }
+    solve(prescribed);
+    for (const int v : released) vdot_[v] = 0;
+    for (std::size_t j = 0; j < motor_.size(); ++j) {
+      if (output_of(setup_.drives[j].control) == ControlOutput::motion)
+        motor_[j] = told_[j] = workspace_.force[model_.bodies()[model_.joints()[j]].v] - friction_[j] - spring_[j];
+    }
+  }
+  modes_.note_holding(friction_);
+}
+
+}  // namespace grapnel

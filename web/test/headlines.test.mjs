@@ -1,0 +1,39 @@
+// Headlines of studies and campaigns, without a browser: none says more than was judged.
+import assert from "node:assert/strict";
+import { before, test } from "node:test";
+import { bundle } from "./bundle.mjs";
+
+let m;
+before(async () => {
+  globalThis.ResizeObserver ??= class {};
+  m = await bundle(["study/badge", "campaign/words"]);
+});
+
+const table = (columns, status) => {
+  const size = Object.values(columns)[0].length;
+  const fields = new Map(Object.entries(columns).map(([name, values]) => [name, { values: Float64Array.from(values) }]));
+  return { size, status: status ?? Array(size).fill("ok"), find: (name) => fields.get(name) };
+};
+
+test("points that completed are not good where a verdict speaks against them", () => {
+  const points = table({ worst_margin: [-2.137, 0.3, NaN], "ledger/feasible": [1, 0, 1], captured: [1, 1, 1] });
+  assert.deepEqual(m.verdictsOf(points), { against: ["1 are not feasible", "1 exceed a rating"], clean: 1 });
+  assert.deepEqual(m.badgeOf(points, 0), { text: "rating exceeded", kind: "unreachable" });
+  assert.deepEqual(m.badgeOf(points, 1), { text: "not feasible", kind: "unreachable" });
+  assert.deepEqual(m.badgeOf(points, 2), { text: "ok", kind: "ok" });
+});
+
+test("a point that no column judges is completed and no more", () => {
+  assert.deepEqual(m.badgeOf(table({ energy: [1] }), 0), { text: "completed, not judged", kind: "other" });
+  assert.deepEqual(m.badgeOf(table({ captured: [NaN] }), 0), { text: "completed, not judged", kind: "other" });
+  assert.deepEqual(m.badgeOf(table({ captured: [1] }, ["failed"]), 0), { text: "failed", kind: "failed" });
+});
+
+test("success is a capture probability only where captures are all it takes", () => {
+  const name = (...texts) => m.successName({ criteria: texts.map((text) => ({ text, name: text })) });
+  assert.equal(name("captured"), "Capture probability");
+  assert.equal(name("captured == 1"), "Capture probability");
+  assert.equal(name("captured", "kinetic_energy_after < 3"), "Success probability");
+  assert.equal(name("kinetic_energy_after < 3"), "Success probability");
+  assert.equal(name(), "Success probability");
+});
