@@ -28,7 +28,8 @@ GroupReach reach_of(const GroupSize<double>& size, const Vector3d& com) {
 }
 
 SlowestMotion slowest_motion(const CaptureProblem& problem) {
-  const double duration = (problem.approach ? problem.approach->duration : 0) + problem.post_impact.total_duration();
+  const double approach = problem.approach ? problem.approach->duration : 0;
+  const double duration = approach + problem.post_impact.total_duration();
   SlowestMotion slowest;
   if (duration > 0) slowest.rate = 1 / duration;
   if (problem.orbit) slowest.rate = std::max(slowest.rate, mean_motion(reference_orbit(*problem.orbit)));

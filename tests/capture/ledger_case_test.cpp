@@ -138,9 +138,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"tiny_target",
              "robot: {base: {mass: 4.0e5, inertia: [8.0e6, 8.0e6, 8.0e6]}, end_effectors: [{name: e, link: base, "
              "position: [8, 0, 0]}]}\ninitial: {base: {angular_velocity: [0.001, 0.02, 0.03]}, joints: {}}\ntargets: "
-             "[{name: t, mass: 0.001, inertia: [1.0e-8, 2.0e-8, 2.5e-8], state: {position: [8.1, 0.3, 0], velocity: "
-             "[0, 0.01, 0], angular_velocity: [3, 1, 2]}, grasp_points: [{name: g}]}]\ngrasps: [{end_effector: e, "
-             "target: t, point: g, model: contact}]\ncontact: {largest_gap: any}\nimpact: {law: restitution, "
+             "[{name: t, mass: 0.001, inertia: [1.0e-8, 2.0e-8, 2.5e-8], state: {position: [8.01, 0, 0], velocity: "
+             "[0, 0.3, 0], angular_velocity: [3, 1, 2]}, grasp_points: [{name: g, position: [-0.01, 0, 0], normal: "
+             "[-1, 0, 0]}]}]\ngrasps: [{end_effector: e, target: t, point: g, model: contact}]\ncontact: {largest_gap: "
+             "any}\nimpact: {law: restitution, "
              "restitution: 0.5}\npost_impact: {duration: 50}\nclearance: {enabled: false}\n"}),
     [](const auto& test) { return std::string(test.param.name); });
 
