@@ -31,6 +31,17 @@ TEST(SampledLoop, GainsMayBeSmaller) {
   EXPECT_EQ(largest_stable_share(one_axis(3, 4.1, 1, 0.5)), 0);  // kp T > 2 kd, however small both are
 }
 
+// Two axes whose difference a closed loop forbids: the direction that no effort moves does not count.
+TEST(SampledLoop, LeavesOutDirectionsThatNoEffortMoves) {
+  SampledLoop loop = one_axis(1, 0, 0, 0.5);
+  loop.response = Eigen::Matrix2d{{0.5, 0.5}, {0.5, 0.5}};  // both move together: x'' = (u_1 + u_2)/2
+  loop.kp = Eigen::Vector2d(0.2, 0.3), loop.kd = Eigen::Vector2d(3, 4);
+  EXPECT_NEAR(growth_per_tick(loop), growth_per_tick(one_axis(2, 0.5, 7, 0.5)), 1e-9);
+  EXPECT_EQ(largest_stable_share(loop), 1);
+  loop.kd *= 4;
+  EXPECT_NEAR(largest_stable_share(loop), 2.0 / 7, 2e-2);
+}
+
 // The state followed tick by tick, the effort acting from the delay on.
 double simulated_growth(double inertia, double kp, double kd, double period, double delay, int ticks) {
   double x = 1, v = 0;
