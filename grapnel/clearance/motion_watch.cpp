@@ -16,6 +16,10 @@ namespace {
 // A pair's speed between two samples may exceed that at the samples by this much.
 constexpr double kSpeedMargin = 1.5;
 
+// Depths are searched for, and touching pairs are known to rounding: the part of a depth, and the distance [m], that a
+// parting pair may be nearer.
+constexpr double kOfDepth = 0.02, kOfTouch = 1e-6;
+
 // Rate of a pair's distance [m/s]: how its nearest points part along the normal.
 double parting_rate(const ClearancePair& pair, const ShapeDistance& d, const Kinematics& kinematics) {
   const auto velocity = [&](int body, const Vector3d& point) {
@@ -95,8 +99,6 @@ std::pair<int, int> ClearanceWatch::shapes_of(int pair) const {
 }
 
 void ClearanceWatch::require(int pair, double reached) {
-  // Depths are searched for, and touching pairs are known to rounding.
-  constexpr double kOfDepth = 0.02, kOfTouch = 1e-6;  // [m]
   const double depth = std::max(0.0, -reached);
   phase_->required[pair] = reached < required_ + kOfTouch ? -(1 + kOfDepth) * depth - kOfTouch : required_;
 }
@@ -107,8 +109,8 @@ void ClearanceWatch::follow_parting() {
     const double distance = phase_->clearance->distance(pair, phase_->next.kinematics).distance;
     const auto [known, is_first] = reached_.try_emplace(shapes_of(pair), distance);
     if (is_first) require(pair, distance);
-    phase_->left_out[static_cast<std::size_t>(pair)] =
-        phase_->required[pair] < required_ && !(distance < phase_->required[pair]);
+    const bool has_parted = std::max(known->second, distance) >= required_ + kOfTouch;
+    phase_->left_out[static_cast<std::size_t>(pair)] = !has_parted && !(distance < phase_->required[pair]);
   }
 }
 

@@ -3,37 +3,52 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/dense/decompositions.hpp"
+
 namespace grapnel {
 namespace {
 
 constexpr double kGrows = 1e-9;  // of a factor: less is rounding
 constexpr int kMostPeriodsOfDelay = 8;
 
-// [x; x'; efforts still to come, the latest last] from tick to tick.
+// The columns of B = L L^T, without directions that no effort moves, as closed loops have them. With x = L y the loop
+// is y'' = -L^T (K_p x + K_d x').
+Eigen::MatrixXd factor_of(const Eigen::MatrixXd& response) {
+  constexpr double kImmobile = 1e-10;  // of the largest eigenvalue
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (response + response.transpose()));
+  const Eigen::VectorXd& values = solver.eigenvalues();  // rising
+  Eigen::Index first = 0;
+  while (first < values.size() && !(values[first] > kImmobile * values[values.size() - 1])) ++first;
+  const Eigen::Index rank = values.size() - first;
+  return solver.eigenvectors().rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal();
+}
+
+// [y; y'; accelerations still to come, the latest last] from tick to tick.
 Eigen::MatrixXd transition(const SampledLoop& loop) {
-  const Eigen::Index n = loop.kp.size();
+  const Eigen::MatrixXd L = factor_of(loop.response);
+  const Eigen::Index n = L.cols();
   const double T = loop.timing.period;
   const double periods = std::min(loop.timing.delay / T, static_cast<double>(kMostPeriodsOfDelay));
   const int whole = static_cast<int>(periods * (1 + 1e-12));
   const double late = std::max(0.0, (periods - whole) * T), rest = T - late;
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
-  // The last `waiting` efforts are part of the state; the effort of this tick follows from x and x'.
+  // The last `waiting` of them are part of the state; that of this tick follows from y and y'.
   const int waiting = whole + 1;
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n * (2 + waiting), n * (2 + waiting));
   A.block(0, 0, n, n) = one, A.block(0, n, n, n) = T * one, A.block(n, n, n, n) = one;
   Eigen::MatrixXd now(n, 2 * n);
-  now << -Eigen::MatrixXd(loop.kp.asDiagonal()), -Eigen::MatrixXd(loop.kd.asDiagonal());
-  // An effort that acts for `duration`, ending `after` before the next tick. `age`: ticks ago; 0: of this tick.
+  now << -(L.transpose() * loop.kp.asDiagonal() * L), -(L.transpose() * loop.kd.asDiagonal() * L);
+  // What acts for `duration`, ending `after` before the next tick. `age`: ticks ago; 0: of this tick.
   const auto act = [&](int age, double duration, double after) {
     if (!(duration > 0)) return;
     const double moved = duration * (after + 0.5 * duration);
     if (age == 0) {
-      A.block(0, 0, n, 2 * n) += moved * loop.response * now;
-      A.block(n, 0, n, 2 * n) += duration * loop.response * now;
+      A.block(0, 0, n, 2 * n) += moved * now;
+      A.block(n, 0, n, 2 * n) += duration * now;
     } else {
       const Eigen::Index column = n * (2 + waiting - age);
-      A.block(0, column, n, n) += moved * loop.response;
-      A.block(n, column, n, n) += duration * loop.response;
+      A.block(0, column, n, n) += moved * one;
+      A.block(n, column, n, n) += duration * one;
     }
   };
   act(whole + 1, late, rest);
@@ -48,11 +63,7 @@ Eigen::MatrixXd transition(const SampledLoop& loop) {
 double growth_per_tick(const SampledLoop& loop) {
   if (loop.kp.size() == 0) return 0;
   Eigen::MatrixXd A = transition(loop);
-  // Units: efforts as accelerations times the period.
-  const double size = std::max(loop.response.norm(), 1e-300);
-  const Eigen::Index n = loop.kp.size(), states = A.rows();
-  A.leftCols(2 * n).bottomRows(states - 2 * n) *= size;
-  A.rightCols(states - 2 * n).topRows(2 * n) /= size;
+  if (A.size() == 0) return 0;
   // |A^(2^k)|^(1/2^k), squared again and again.
   constexpr int kSquares = 40;
   double logarithm = 0, power = 1;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "control/arm_case.hpp"
@@ -201,23 +202,28 @@ TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
   EXPECT_LT(o.steps, 5000);
 }
 
-// A stretched arm, which cannot pull the target nearer: that direction is left out, and the efforts stay small.
+// Random postures of six joints, some of them near a singular one: there the weak direction is left out, and the
+// efforts stay within what other postures take. The plain inverse would ask for up to 1/condition.
 TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
-  const Model model = arm_with_target({.joints = 7});
+  const Model model = arm_with_target({.joints = 6});
+  const auto law = detumbling(model);
+  EXPECT_TRUE(law->goes_on());
+  EffortResponse response(model, arm_joints(model), {});
   State state = moving_state(model, 0.03);
-  double largest[2] = {};
-  for (int i = 0; i < 2; ++i) {
-    const double bend = i == 0 ? 1e-9 : 0.3;
-    for (int j : arm_joints(model)) state.q[model.bodies()[model.joints()[j]].q] = bend;
-    EffortResponse response(model, arm_joints(model), {});
-    const auto law = detumbling(model);
+  std::vector<double> largest;
+  double least = 1;
+  Random random(3);
+  for (int i = 0; i < 4000; ++i) {
+    for (int j : arm_joints(model)) state.q[model.bodies()[model.joints()[j]].q] = random.uniform(-2.5, 2.5);
     const DetumblingCommand c = detumbling_command(law->law(), state, {}, {0, 0, 0}, response);
-    largest[i] = c.effort.cwiseAbs().maxCoeff();
-    std::printf("  condition %.2g, largest effort %.4g N m\n", c.condition, largest[i]);
-    EXPECT_EQ(c.condition < 1e-6, i == 0);
-    EXPECT_TRUE(law->goes_on());
+    largest.push_back(c.effort.cwiseAbs().maxCoeff());
+    least = std::min(least, c.condition);
   }
-  EXPECT_LT(largest[0], 20 * largest[1]);
+  std::sort(largest.begin(), largest.end());
+  const double median = largest[largest.size() / 2];
+  std::printf("  least condition %.2g; efforts: median %.4g, largest %.4g N m\n", least, median, largest.back());
+  EXPECT_LT(least, 1e-3);  // there the law ended before
+  EXPECT_LT(largest.back(), 100 * median);
 }
 
 // At the ticks of a clock, held between them: as far from the exact motion as the period is long.
