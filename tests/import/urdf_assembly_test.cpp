@@ -519,7 +519,7 @@ TEST(UrdfAssembly, FilesInOtherEncodings) {
   EXPECT_EQ(name_in(head("utf-8") + latin), "b\xc3\xa9");
   // Faults have the places of characters; other encodings are refused where they matter.
   EXPECT_THAT(import_text(head("ISO-8859-1") + "<!-- \xe9\xe9 --><link/></robot>").faults,
-              HasSubstr("2:30: <link> has no"));
+              HasSubstr("2:29: <link> has no"));
   EXPECT_THAT(import_text(head("shift_jis") + latin).faults, HasSubstr("1:31: the encoding 'shift_jis' is not read"));
   EXPECT_EQ(
       name_in(head("shift_jis") +
