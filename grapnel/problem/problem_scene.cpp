@@ -94,7 +94,8 @@ class SceneBuilder {
     body.name = target.name;
     body.kind = "target";
     body.series = "targets/" + target.name;
-    body.mass = target.mass, body.com = target.com, body.inertia = target.inertia;
+    const BodyDescription rest = target_bodies(target).bodies.front();  // without its panels, which are bodies too
+    body.mass = rest.mass, body.com = rest.com, body.inertia = rest.inertia;
     add_shapes(target.geometry, body);
     scene_.bodies.push_back(std::move(body));
     for (const GraspPoint& g : target.grasp_points) {
