@@ -7,7 +7,10 @@ namespace grapnel::fmi {
 FmuControllers::FmuControllers(const std::string&, const std::string& shown, std::string, std::string) {
   throw FmuError("the FMU '" + shown + "' cannot be a controller within an exported plant");
 }
-void FmuControllers::check(const std::vector<std::string>&, const std::string&, bool, double) const {}
+std::vector<FmuMisfit> FmuControllers::misfits(const std::vector<std::string>&, const std::string&, bool,
+                                               double) const {
+  return {};
+}
 std::shared_ptr<Controller> FmuControllers::make(const ControlTiming&, const std::string&, ControlledRobot,
                                                  const Model&) const {
   throw ControllerError("an FMU cannot be a controller within an exported plant");

@@ -266,7 +266,9 @@ TEST(Saturation, OfBaseControlIsNoMargin) {
   EXPECT_EQ(z->first_time, 0);
   EXPECT_GT(z->duration, 10);
   for (const PeakLoad& load : result.peak_loads) {
-    if (load.of == "base control") EXPECT_EQ(load.rating, std::numeric_limits<double>::infinity()) << load.quantity;
+    if (load.of == "base control") {
+      EXPECT_EQ(load.rating, std::numeric_limits<double>::infinity()) << load.quantity;
+    }
   }
   EXPECT_EQ(worst_margin(result), nullptr);
 }
@@ -276,7 +278,8 @@ TEST(Rest, OfTheMotionAfterwards) {
   SKIP_UNDER_SANITIZERS();
   const std::string file = GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml";
   const auto flown = [&](const char* rate) {
-    CaptureResult result = simulate_capture(load_scenario(file, {{"post_impact.at_rest.angular_velocity", rate}}));
+    CaptureResult result = simulate_capture(
+        load_scenario(file, std::vector<Override>{{"post_impact.at_rest.angular_velocity", rate}}));
     EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
     EXPECT_TRUE(result.rest.has_value());
     return result;

@@ -98,7 +98,9 @@ TEST_F(Plants, NeedNoJointAndNoCapture) {
       EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
       EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
       EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
-      if (parts.empty()) EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+      if (parts.empty()) {
+        EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+      }
     }
   }
 }

@@ -138,7 +138,9 @@ TEST_P(HeldImpulses, AreInTheBalances) {
   std::printf("[ measured ] %s: %.2g off over %ld impacts; work %.3g J\n", p.name, off, impacts, largest_work);
   EXPECT_LT(off, 1e-10);
   EXPECT_GT(impacts, 20);
-  if (p.base != Base::floating || p.drives || p.wheels) EXPECT_GT(largest_work, 0.01);
+  if (p.base != Base::floating || p.drives || p.wheels) {
+    EXPECT_GT(largest_work, 0.01);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HeldImpulses,
