@@ -110,7 +110,7 @@ TEST(PlanAdvice, NamesGraspsThatAreExchanged) {
                              HasSubstr("'tip-1' at grasp point 'grasp' of target 'target-1'"),
                              HasSubstr("'tip-2' at grasp point 'grasp' of target 'target-2'")));
   // A target that is out of reach for both gets no such advice.
-  p.targets[0].X_WT.p = 20 * p.targets[0].X_WT.p;
+  p.targets[0].X_WT.p = 20.0 * p.targets[0].X_WT.p;
   EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("nearer to each other"), Not(HasSubstr("exchanged"))));
 }
 

@@ -55,9 +55,15 @@ TEST(LoadColumns, ZeroIsANumber) {
       EXPECT_TRUE(std::isfinite(value)) << column.name << " at " << speed;
     }
     const double force = value_of("loads/e/force", point, r);
-    if (speed[0] == '-') EXPECT_GT(force, 100);
-    if (speed[0] != '-') EXPECT_EQ(force, 0);
-    if (speed[0] != '-') EXPECT_TRUE(std::isnan(value_of("load_times/e/force", point, r)));
+    if (speed[0] == '-') {
+      EXPECT_GT(force, 100);
+    }
+    if (speed[0] != '-') {
+      EXPECT_EQ(force, 0);
+    }
+    if (speed[0] != '-') {
+      EXPECT_TRUE(std::isnan(value_of("load_times/e/force", point, r)));
+    }
   }
 }
 
