@@ -70,7 +70,9 @@ TEST_P(RightMotion, Passes) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   for (const LedgerEntry& e : r.ledger.entries) {
     EXPECT_TRUE(std::isfinite(e.value)) << e.name;
-    if (e.kind == LedgerEntry::Kind::conservation) EXPECT_TRUE(e.pass()) << failure_text(e) << "; " << e.note;
+    if (e.kind == LedgerEntry::Kind::conservation) {
+      EXPECT_TRUE(e.pass()) << failure_text(e) << "; " << e.note;
+    }
   }
   const LedgerEntry* worst = nullptr;
   for (const LedgerEntry& e : r.ledger.entries) {
