@@ -222,10 +222,10 @@ TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
   EXPECT_NEAR(r.modes->inertia.zz, m / 12 * (1.44 + kSide * kSide), 5e-5 * m);             // measured 1.9e-5
   for (std::size_t k = 0; k < 6; ++k)
     EXPECT_NEAR(r.modes->modes[k].frequency, clamped[k], 1e-4 * clamped[k]) << k;  // measured 1.5e-5
-  // One node does not say how far the solids extend; other places help, and wrong ones are found.
+  // One node does not determine how far the solids extend, and wrong places are found. (Of a plate one node, whose
+  // solids are on a line, would not fix it either.)
   const std::string one = fmt::format("3,0,{},{}\n", kSide / 2, kHeight);
   EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the solids"), std::string::npos);
-  EXPECT_TRUE(reduce(folder, "plate", one, fmt::format("43,1.2,{},{}\n", kSide / 2, kHeight)).modes);
   EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not go with the matrices"),
             std::string::npos);
 }
