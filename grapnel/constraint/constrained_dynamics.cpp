@@ -322,15 +322,15 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
   JointEfforts out;
   out.effort = out.terms = Eigen::MatrixXd::Zero(s.model.velocities(), basis.cols());
   for (Eigen::Index column = 0; column < basis.cols(); ++column) {
+    double moment = 0, thrust = 0;  // largest at any joint
     const auto climb = [&](const std::vector<int>& way, Wrenchd F) {
       for (const int n : way) {
         const TreeLink<double>& link = tree.links[n];
         const LinkScratch<double>& w = workspace.kernel.links[n];
         recursion::visit_joint(link, [&](auto joint) {
           if constexpr (recursion::OneAxis<decltype(joint)>) {
-            const double size = decltype(joint)::kTurns ? norm(F.angular) : norm(F.linear);
             out.effort(link.v, column) -= link.sign * recursion::along(joint, F);
-            out.terms(link.v, column) += size;
+            moment = std::max(moment, norm(F.angular)), thrust = std::max(thrust, norm(F.linear));
           }
           if constexpr (!recursion::kIsRoot<decltype(joint)>) F = recursion::force_to_parent(joint, link, w, F);
         });
@@ -344,6 +344,11 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
       for (int r = 0; r < 3; ++r) F.linear[r] = basis(path.first_row + path.angular_count + r, column);
       climb(path.from_a, shift(path.X_aC.R * F, -path.X_aC.p));
       climb(path.from_b, shift(s.places[k].X_bC.R * (-1.0 * F), -s.places[k].X_bC.p));
+    }
+    // An arm that the self-stress does not pass through has rounding alone: its size is that of the whole.
+    for (const TreeLink<double>& link : tree.links) {
+      if (link.joint == JointType::revolute) out.terms(link.v, column) = moment;
+      if (link.joint == JointType::prismatic) out.terms(link.v, column) = thrust;
     }
   }
   return out;

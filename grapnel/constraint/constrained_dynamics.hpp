@@ -66,8 +66,8 @@ class LoopSolver {
   /// Multipliers that change nothing in the last solution, a basis of them: rows x (rows - rank()).
   Eigen::MatrixXd self_stresses() const;
 
-  /// What each self-stress adds to the efforts along joint axes that prescribed joints take, per velocity, and the sum
-  /// of the sizes of its terms. `workspace`: as the last solution left it.
+  /// What each self-stress adds to the efforts along joint axes that prescribed joints take, per velocity, and the size
+  /// of the self-stress, its largest moment or force at any joint. `workspace`: as the last solution left it.
   struct JointEfforts {
     Eigen::MatrixXd effort, terms;  // velocities x (rows - rank())
   };

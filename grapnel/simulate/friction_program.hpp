@@ -47,8 +47,8 @@ LeastExcess least_excess(const EffortFamily& family);
 /// squares (Lawson and Hanson 1974, chapter 23).
 Eigen::VectorXd least_norm_within(const EffortFamily& family, const Eigen::VectorXd& feasible);
 
-/// Columns of `directions` as an orthonormal basis of their span; entries below rounding of `terms`, the sums of the
-/// sizes of what cancels in each entry, count as zero. No columns: nothing is left of them.
+/// Columns of `directions` as an orthonormal basis of their span; entries below rounding of `terms`, the
+/// sizes of what each entry is a part of, count as zero. No columns: nothing is left of them.
 Eigen::MatrixXd basis_of(Eigen::MatrixXd directions, const Eigen::MatrixXd& terms);
 
 }  // namespace grapnel

@@ -80,7 +80,7 @@ class JointModes {
   }
 
   /// Efforts that closed loops leave open between held joints: per velocity, one column for each self-stress, and the
-  /// sum of the sizes of its terms. No columns: none.
+  /// size of the self-stress. No columns: none.
   struct OpenEfforts {
     Eigen::MatrixXd effort, terms;
   };
