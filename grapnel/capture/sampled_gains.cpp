@@ -73,13 +73,24 @@ Eigen::MatrixXd joint_response(const CaptureSystem& system, const State& state) 
   return 0.5 * (own + own.transpose());
 }
 
-// Angular accelerations of a free base by torques about its axes.
-Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state) {
+// Angular accelerations of a free base by torques about its axes. `locked`: with joints that keep their places, as a
+// stiff control of theirs makes of them.
+Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, bool locked) {
   const Eigen::MatrixXd M = mass_matrix(system.model, state);
-  const int v = system.model.bodies()[system.base].v;
-  Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(M.rows(), 3);
-  torques.middleRows(v, 3) = Eigen::Matrix3d::Identity();
-  return Eigen::MatrixXd(Cholesky(M).solve(torques)).middleRows(v, 3);
+  std::vector<bool> left_out(static_cast<std::size_t>(M.rows()), false);
+  for (int j : system.robot_joints) {
+    if (locked) left_out[static_cast<std::size_t>(system.model.bodies()[system.model.joints()[j]].v)] = true;
+  }
+  std::vector<int> kept;
+  Eigen::Index base = 0;  // where its rotation is among them
+  for (int v = 0; v < static_cast<int>(M.rows()); ++v) {
+    if (v == system.model.bodies()[system.base].v) base = static_cast<Eigen::Index>(kept.size());
+    if (!left_out[static_cast<std::size_t>(v)]) kept.push_back(v);
+  }
+  Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(kept.size()), 3);
+  torques.middleRows(base, 3) = Eigen::Matrix3d::Identity();
+  const Eigen::MatrixXd reduced = M(kept, kept);
+  return Eigen::MatrixXd(Cholesky(reduced).solve(torques)).middleRows(base, 3);
 }
 
 }  // namespace
@@ -112,10 +123,12 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
   }
   const auto& base = approach ? problem.approach->base_control : problem.post_impact->base_control;
   if (!base || !system.model.has_free_root(system.base)) return found;
+  const bool are_free = !approach && problem.post_impact->joints == PostImpactSetup::Joints::free;
+  if (are_free && !system.closures.empty()) return found;
   Gains attitude{approach ? "approach.base_control" : "post_impact.base_control",
                  {base->kp[0], base->kp[1], base->kp[2]},
                  {base->kd[0], base->kd[1], base->kd[2]}};
-  look(attitude, base_response(system, run.bodies.state),
+  look(attitude, base_response(system, run.bodies.state, !are_free),
        {"the base's x axis", "the base's y axis", "the base's z axis"});
   return found;
 }

@@ -27,6 +27,7 @@ Eigen::MatrixXd factor_of(const Eigen::MatrixXd& response) {
 Eigen::MatrixXd transition(const SampledLoop& loop) {
   const Eigen::MatrixXd L = factor_of(loop.response);
   const Eigen::Index n = L.cols();
+  if (n == 0) return {};
   const double T = loop.timing.period;
   const double periods = std::min(loop.timing.delay / T, static_cast<double>(kMostPeriodsOfDelay));
   const int whole = static_cast<int>(periods * (1 + 1e-12));
