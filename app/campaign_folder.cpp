@@ -285,18 +285,19 @@ int end_of_parsing(const CLI::App& app, const CLI::ParseError& error) {
 
 namespace {
 
-std::string finite(const std::string& text) {
+// The text as it is. Before the option's own checks, which NaN passes.
+std::string finite(std::string text) {
   double value = 0;
-  if (!CLI::detail::lexical_cast(text, value) || std::isfinite(value))
-    return {};  // what is no number is said elsewhere
-  return fmt::format("'{}' is no finite number", text);
+  if (CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
+    throw CLI::ValidationError(fmt::format("'{}' is no finite number", text));
+  return text;  // what is no number is reported elsewhere
 }
 
 }  // namespace
 
 void require_finite_numbers(CLI::App& app) {
   for (CLI::Option* const option : app.get_options()) {
-    if (option->get_type_name().find("FLOAT") != std::string::npos) option->check(finite);
+    if (option->get_type_name().find("FLOAT") != std::string::npos) option->transform(finite);
   }
   const auto all = [](CLI::App*) { return true; };
   for (CLI::App* const command : app.get_subcommands(all)) require_finite_numbers(*command);

@@ -278,6 +278,7 @@ std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   add_bending(problem, causes);
   add_gyros(problem, causes);
   const TrackingSetup& tracking = problem.approach->tracking;
+  if (tracking.mode == JointControl::impedance) add_impedance(problem, causes);
   if (tracking.mode != JointControl::prescribed) add_friction(problem, causes);
   if (has_gains(tracking.mode)) {
     causes.push_back(

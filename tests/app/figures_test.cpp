@@ -41,7 +41,7 @@ TEST_F(Figures, ACampaignHasCriteriaAndDistributions) {
   EXPECT_EQ(list.code, 0) << list.err;
   EXPECT_THAT(list.out, HasSubstr("criteria "));
   EXPECT_THAT(list.out, HasSubstr("distribution "));
-  EXPECT_THAT(drawn("r", "criteria"), HasSubstr("soft, isn't it"));
+  EXPECT_THAT(drawn("r", "criteria"), HasSubstr("soft, isn''t it"));
   EXPECT_THAT(drawn("r", "distribution"), HasSubstr("impulse_magnitude"));
   EXPECT_THAT(drawn("r", "distribution", "--column 'targets[0].mass'"), HasSubstr("targets[0].mass"));
   const Outcome unknown = run("figure r --what distribution --column nothing");

@@ -66,6 +66,7 @@ TEST_F(Stop, AnOptimizationKeepsItsEvaluationsAndTheBest) {
     fs::remove_all(folder_ / "r");
     const pid_t child = start("optimize o.yaml -o r -j 2 --quiet");
     pause();
+    pause();
     EXPECT_EQ(end_by(child, signal), 130);
     EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("o.yaml: stopped: "));
     EXPECT_THAT(read_text(folder_ / "said"),
@@ -83,8 +84,10 @@ TEST_F(Stop, ASweepKeepsItsPoints) {
                   "/scenarios/thesis/closed-loop.yaml\n"
                   "simulate: impact\naxes:\n  - {quantity: relative_speed, from: 0, to: 1, count: 100000}\n");
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    fs::remove_all(folder_ / "r");
     const pid_t child = start("sweep s.yaml -o r -j 2 --quiet");
-    pause();
+    for (int i = 0; i < 600 && lines_of("r/table.partial.csv") < 3; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
     EXPECT_EQ(end_by(child, signal), 130);
     EXPECT_THAT(read_text(folder_ / "said"), HasSubstr(" of 100000 points are kept in r/table.partial.csv"));
     EXPECT_GT(lines_of("r/table.partial.csv"), 2u);
@@ -93,9 +96,9 @@ TEST_F(Stop, ASweepKeepsItsPoints) {
 
 // What is neither a run nor a study ends with the same code.
 TEST_F(Stop, EveryCommandEndsWithTheDocumentedCode) {
-  ASSERT_EQ(::mkfifo((folder_ / "fifo").c_str(), 0600), 0);
-  ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && (sleep 30 > fifo & echo $! > sleeper)").c_str()), 0);
-  const pid_t waits = start("modes --mass fifo --stiffness fifo --units m-kg-s");
+  ASSERT_EQ(::mkfifo((folder_ / "fifo.mtx").c_str(), 0600), 0);
+  ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && (sleep 30 > fifo.mtx & echo $! > sleeper)").c_str()), 0);
+  const pid_t waits = start("modes --mass fifo.mtx --stiffness fifo.mtx --units m-kg-s");
   pause();
   EXPECT_EQ(end_by(waits, SIGTERM), 130);
   [[maybe_unused]] const int ended = std::system(("kill $(cat '" + (folder_ / "sleeper").string() + "')").c_str());
