@@ -572,13 +572,13 @@ def weightless_part(scenario, random):
 
 # --- Computation ---
 
-@relation(verdicts=False)
+@relation(bound=1e-4, verdicts=False)
 def other_integrator(scenario, random):
     """rk4 with short steps integrates the motion."""
     robot = scenario["robot"]
     if any("elasticity" in link["joint"] or "beam" in link for link in robot["links"]):
         return None  # the steps of rk4 would have to be much shorter
-    scenario["integration"] |= {"method": "rk4", "step": 5e-4}
+    scenario["integration"] |= {"method": "rk4", "step": 2e-4}
     return scenario, same
 
 

@@ -273,7 +273,20 @@ class Maker:
                 target["panels"] = [{"name": "wing", "origin": {"position": d.vector(0.4), "quaternion_wxyz": d.quaternion()},
                                      "mass": panel, "com": [0.3, 0, 0], "inertia": [panel * x for x in (0.01, 0.04, 0.045, 0, 0, 0)],
                                      "hinge_axis": [0, 1, 0], "hinge": {"stiffness": panel * 20, "damping": panel * 0.05}}]
+                self.include(target, target["panels"][0])
             scenario["targets"].append(target)
+
+    def include(self, target, panel):
+        """Mass, centre of mass and inertia of a target are those of the whole, with its panel."""
+        X = (panel["origin"]["position"], panel["origin"]["quaternion_wxyz"])
+        parts = [(target["mass"], target["com"], target["inertia"]),
+                 (panel["mass"], g.compose(X, (panel["com"], [1, 0, 0, 0]))[0], g.turn_inertia(X[1], panel["inertia"]))]
+        mass = sum(m for m, _, _ in parts)
+        com = [sum(m * c[k] for m, c, _ in parts) / mass for k in range(3)]
+        inertia = [0.0] * 6
+        for m, c, I in parts:
+            inertia = g.add(inertia, g.add(I, g.point_inertia(m, g.sub(c, com))))
+        target["mass"], target["com"], target["inertia"] = mass, com, inertia
 
     # --- Phases ---
 
