@@ -483,7 +483,7 @@ TEST(UrdfAssembly, FilesInOtherEncodings) {
   const auto name_in = [](const std::string& bytes) {
     const Imported imported = import_text(bytes);
     EXPECT_EQ(imported.faults, "");
-    return imported.robot ? text_at(*imported.robot->tree.find("base"), "name") : std::string();
+    return imported.robot ? imported.robot->tree.find("base")->find("name")->text : std::string();
   };
   EXPECT_EQ(name_in(head("UTF-8") + text), "b\xc3\xa9");
   EXPECT_EQ(name_in("\xef\xbb\xbf" + head("utf-8") + text), "b\xc3\xa9");
@@ -532,7 +532,7 @@ TEST(UrdfAssembly, AWorldThatIsNotDeclared) {
       "<robot name='r'><joint name='w' type='fixed'><parent link='world'/><child link='bus'/></joint>"
       "<link name='bus'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>");
   ASSERT_EQ(imported.faults, "");
-  EXPECT_EQ(text_at(*imported.robot->tree.find("base"), "name"), "bus");
+  EXPECT_EQ(imported.robot->tree.find("base")->find("name")->text, "bus");
   EXPECT_THAT(imported.decisions, HasSubstr("link 'world' is not declared and is taken as an empty root"));
 }
 

@@ -258,7 +258,7 @@ TEST(ReadMesh, TakesColladaInMetresWithZUpwards) {
   expect_near_corner(mesh_in(collada(collada_geometry(kColladaTriangles) + kColladaScene), "a.DAE"));
   // The same triangles in other primitives.
   const std::string inputs = "<input semantic='VERTEX' source='#v' offset='0'/>";
-  for (const std::string part :
+  for (const std::string& part :
        {"<polylist count='4'>" + inputs + "<vcount>3 3 3 3</vcount><p>0 2 1 0 1 3 0 3 2 1 2 3</p></polylist>",
         "<polygons count='4'>" + inputs +
             "<p>0 2 1</p><p>0 1 3</p><ph><p>0 3 2</p><h>0 1 2</h></ph><p>1 2 3</p></polygons>",
