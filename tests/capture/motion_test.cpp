@@ -279,24 +279,24 @@ TEST(PhaseSequence, EndsWhereItsConditionHolds) {
   const std::string text =
       "schema: grapnel-scenario/1\nname: braked\nrobot: {name: bus, base: {name: bus, mass: 50, inertia: [4, 4, 4]}}\n"
       "initial: {base: {angular_velocity: [0.1, 0, 0]}}\n"
-      "motion:\n  - {name: brake, duration: 100, until: {base_rate: 0.02}, base_control: {kp: 0, kd: 0.8}}\n"
+      "motion:\n  - {name: despin, duration: 100, until: {base_rate: 0.02}, base_control: {kp: 0, kd: 0.8}}\n"
       "  - {name: rest, duration: 5}\n";
   const CaptureResult r = simulate_capture(loaded(text));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.ledger.pass());
   ASSERT_EQ(r.phases.size(), 2u);
-  EXPECT_EQ(r.phases[0].name, "brake");
+  EXPECT_EQ(r.phases[0].name, "despin");
   EXPECT_EQ(r.phases[0].ended, MotionPhaseReport::End::condition);
   EXPECT_NEAR(r.phases[0].end, 5 * std::log(5.0), 1e-8);  // measured 1e-10
   EXPECT_EQ(r.phases[1].begin, r.phases[0].end);
   EXPECT_NEAR(r.post_impact_end->time, 5 * std::log(5.0) + 5, 1e-8);
   EXPECT_NEAR(r.post_impact_end->base.angular_velocity[0], 0.02, 1e-10);  // nothing brakes any more
   // What holds as the phase begins ends it at once; what does not come true, after its duration.
-  const CaptureResult at_once = simulate_capture(loaded(text, {{"motion.brake.until.base_rate", "0.2"}}));
+  const CaptureResult at_once = simulate_capture(loaded(text, {{"motion.despin.until.base_rate", "0.2"}}));
   EXPECT_EQ(at_once.phases.at(0).duration(), 0);
   EXPECT_EQ(at_once.phases.at(0).ended, MotionPhaseReport::End::condition);
   EXPECT_NEAR(at_once.post_impact_end->base.angular_velocity[0], 0.1, 1e-12);
-  const CaptureResult never = simulate_capture(loaded(text, {{"motion.brake.duration", "4"}}));
+  const CaptureResult never = simulate_capture(loaded(text, {{"motion.despin.duration", "4"}}));
   EXPECT_EQ(never.phases.at(0).ended, MotionPhaseReport::End::duration);
   EXPECT_EQ(never.phases.at(0).end, 4);
 }

@@ -15,6 +15,12 @@ interface Part {
 }
 type Structure = Record<string, unknown>;
 
+// Phases whose stability was evaluated; undefined without any.
+function evaluated(reports: PartlySummary["stability"]): unknown {
+  const some = reports?.filter((report) => report?.verdict !== "not_evaluated");
+  return some?.length ? some : undefined;
+}
+
 const kParts: Part[] = [
   { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
   { title: "Sensors: readings less the truth", of: (s) => s.sensors, notes: described.kSensorReport },
@@ -28,7 +34,7 @@ const kParts: Part[] = [
   { title: "Held target and the forces inside it", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport.filter(([key]) => key !== "pairs") },
   { title: "Squeezes", of: (s) => s.post_impact?.grasp_force?.pairs, notes: described.kSqueeze },
   { title: "Actuators at their limits", of: (s) => s.saturation, notes: described.kSaturationReport },
-  { title: "Stability of control", of: (s) => s.stability, notes: described.kStabilityReport },
+  { title: "Stability of control", of: (s) => evaluated(s.stability), notes: described.kStabilityReport },
   { title: "Rest after the impact", of: (s) => s.post_impact?.at_rest, notes: described.kRestReport },
   { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
   { title: "Array of control moment gyros", of: (s) => s.gyros, notes: described.kGyrosReport.filter(([key]) => !["each", "hazards"].includes(key)) },
