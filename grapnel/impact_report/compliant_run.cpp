@@ -222,6 +222,9 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
     share = std::max(share, moving_share(run.report.grasps[i], contact, h));
     if (h.deformation.back() > 0 && (!contact || norm(h.force.back()) > 0)) {
       pressed = pressed || contact;
+      how =
+          fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
+                      contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
     } else if (contact && h.touches == 0) {
       how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
       share = 1;  // its impact is before it
@@ -238,8 +241,7 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
           : fmt::format("the motion afterwards deviates little: {:.2g} of the energy is left", share);
   run.warnings.push_back(fmt::format(
       "impact: it was not over after impact.longest = {:.4g} s, {}; {}. The {:.4g} J in springs are deleted, and "
-      "grasps "
-      "take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, lets the "
+      "grasps take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, lets the "
       "impact end",
       longest, consequence, places.empty() ? "relative motion remains" : fmt::format("{}", fmt::join(places, "; ")),
       outcome.elastic_energy_after));

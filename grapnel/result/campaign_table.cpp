@@ -29,7 +29,7 @@ Handle open_table(const fs::path& path) {
   if (!stream.read(begin.data(), begin.size()) || std::string_view(begin.data(), begin.size()) != "\x89HDF\r\n\x1a\n")
     throw std::runtime_error("not an HDF5 file");
   check_file_seal(path);  // before HDF5 sees it: it can loop without end on a damaged file
-  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "truncated or damaged"};
+  return hdf5::open_on_disk(path);
 }
 
 struct OrderedHead {

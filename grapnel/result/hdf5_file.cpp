@@ -164,6 +164,12 @@ Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, boo
 
 hsize_t rows_of_chunk(hsize_t row_bytes) { return std::max<hsize_t>(kChunk / row_bytes, 1); }
 
+Handle open_on_disk(const std::filesystem::path& path) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
+  check(H5Pset_file_locking(access.id(), false, true), "file access");
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose, "truncated or damaged"};
+}
+
 Handle create_on_disk(const std::filesystem::path& path) {
   const Handle access = old_format();
   return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose, "the file"};

@@ -86,6 +86,9 @@ namespace hdf5 {
 /// A file in memory: nothing that HDF5 does can then half-write the disk. `name` is for HDF5's messages.
 Handle create_in_memory(const char* name);
 
+/// A complete file, to be read. Without a lock: files are replaced as a whole, and a child that another thread has
+/// forked may still hold the writer's lock.
+Handle open_on_disk(const std::filesystem::path& path);
 /// A file on disk that grows while it is written: a temporary, to be renamed once it is complete.
 Handle create_on_disk(const std::filesystem::path& path);
 

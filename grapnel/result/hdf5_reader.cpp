@@ -73,8 +73,7 @@ Source open_small(const fs::path& path) {
 
 Source open_large(const fs::path& path, std::uintmax_t size) {
   check_file_seal(path);
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
-  return checked({size, {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose, "truncated or damaged"}});
+  return checked({size, hdf5::open_on_disk(path)});
 }
 
 Source open(const fs::path& path) {

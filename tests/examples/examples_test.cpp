@@ -522,6 +522,34 @@ void expect_a_quiet_approach(const CaptureResult& r) {
   EXPECT_GT(r.clearance.front().distance, 0.078);
 }
 
+// A run without a capture: no verdict of one, and the gravity gradient turns the servicer.
+void expect_a_coast(const CaptureResult& r) {
+  EXPECT_FALSE(r.impact.has_value());
+  ASSERT_EQ(r.phases.size(), 1u);
+  EXPECT_EQ(r.phases[0].end, 1450);
+  EXPECT_EQ(r.phases[0].ended, MotionPhaseReport::End::duration);
+  const double turn = rotation_angle(transpose(pose_at(r, "base", 0).R) *
+                                     pose_at(r, "base", r.series.time.size() - 1).R);
+  std::printf("[ measured ] the base turns by %.4f rad\n", turn);
+  EXPECT_GT(turn, 0.1);
+}
+
+// Thrusters end their phase at the stated rate; the wheels turn by 60 deg and hold.
+void expect_a_manoeuvre(const CaptureResult& r) {
+  EXPECT_FALSE(r.impact.has_value());
+  ASSERT_EQ(r.phases.size(), 3u);
+  EXPECT_EQ(r.phases[0].ended, MotionPhaseReport::End::condition);
+  const double rate = norm(r.phases[0].at_end->base.angular_velocity);
+  EXPECT_NEAR(rate, 0.2 * std::acos(-1.0) / 180, 1e-9);
+  EXPECT_EQ(r.phases[1].ended, MotionPhaseReport::End::duration);
+  const Rotationd R = pose_at(r, "bus", r.series.time.size() - 1).R;
+  const double turn = rotation_angle(R), left = norm(r.phases[2].at_end->base.angular_velocity);
+  std::printf("[ measured ] rate %.9g rad/s after despinning; turn %.9g rad, rate %.2g rad/s at the end\n", rate, turn,
+              left);
+  EXPECT_NEAR(turn, std::acos(-1.0) / 3, 1e-6);
+  EXPECT_LT(left, 1e-9);
+}
+
 // What the report draws is what was simulated, and the summary keeps the published schema.
 TEST_P(Shipped, RunsAsItsFileSays) {
   const std::string name = GetParam();
@@ -550,6 +578,8 @@ TEST_P(Shipped, RunsAsItsFileSays) {
       name == "seven-joint-dual-capture")
     return;
   expect_passes(r);
+  if (name == "coast") return expect_a_coast(r);
+  if (name == "attitude-manoeuvre") return expect_a_manoeuvre(r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);

@@ -62,12 +62,16 @@ TEST(StuckLoops, StayAtRestExactlyWhereFrictionCanHoldThem) {
     const double share = shares[i % 7];
     const bool mobile = load_at(s, share);
     const RestAnswer a = answer_of(s);
-    expect_consistent(s, a, worst);
     if (!mobile) {
+      // Mobility and accelerations are rounding here: there is no balance to compare them with.
+      Worst without_balance = worst;
+      expect_consistent(s, a, without_balance);
+      worst.share = without_balance.share;
       ++rigid;
       EXPECT_TRUE(a.held);
       continue;
     }
+    expect_consistent(s, a, worst);
     EXPECT_EQ(a.held, share < 1);
     ++(share < 1 ? stay : move);
     if (share < 1) continue;
@@ -76,8 +80,6 @@ TEST(StuckLoops, StayAtRestExactlyWhereFrictionCanHoldThem) {
     worst.acceleration = std::max(worst.acceleration, (a.acceleration - wanted).norm() / scale);
     EXPECT_LT((a.acceleration - wanted).norm(), 1e-8 * scale);
   }
-  std::printf("stay %d move %d rigid %d; accelerations to %.2g, share %.17g, balance %.2g\n", stay, move, rigid,
-              worst.acceleration, worst.share, worst.balance);
   std::printf("%d stay, %d move, %d without mobility; errors: acceleration %.2g, share %.2g, balance %.2g\n", stay,
               move, rigid, worst.acceleration, worst.share - 1, worst.balance);
   EXPECT_LT(worst.share, 1 + 1e-10);
