@@ -253,7 +253,13 @@ void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measur
 bool PhaseSegment::await_resume() {
   const PhaseOutcome outcome = elsewhere_ && !resumed_ ? *std::move(elsewhere_) : integrate();
   if (observed_) run_.monitor.end_phase(outcome);
-  if (!outcome.finished) throw RunFailure(fmt::format("{}: {}", task_.phase, outcome.failure));
+  if (!outcome.finished) {
+    std::string why = fmt::format("{}: {}", task_.phase, outcome.failure);
+    if (run_.joints.approaching()) {
+      for (const std::string& gains : run_.unstable_gains) why += "; " + gains;
+    }
+    throw RunFailure(why);
+  }
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
   run_.identification.end_piece(outcome.integrals);

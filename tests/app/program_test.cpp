@@ -99,7 +99,7 @@ TEST_F(Program, PrintsWhatTheReadmeShows) {
     if (line != "```console") continue;
     ASSERT_TRUE(std::getline(readme, line));
     ASSERT_EQ(line.substr(0, prompt.size()), prompt);
-    const Outcome o = run("run " + scenario(line.substr(prompt.size())) + " --no-report -o r");
+    const Outcome o = run("run " + scenario(line.substr(prompt.size())) + " --no-report --force -o r");
     EXPECT_EQ(o.code, 0) << line << o.err;
     std::vector<std::string> printed;
     std::istringstream out(o.out);

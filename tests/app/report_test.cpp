@@ -163,7 +163,7 @@ TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
   EXPECT_THAT(o.out, EndsWith("report: s/report.html\n"));
   const auto report = data("s/report.html");
   EXPECT_EQ(report["kind"], "sweep");
-  EXPECT_EQ(report["sweep"]["command"], "grapnel sweep study.yaml --only {K} -o out/study-point-{K}");
+  EXPECT_EQ(report["sweep"]["command"], "grapnel sweep ../study.yaml --only {K} -o out/study-point-{K}");
   EXPECT_EQ(report["sweep"]["axis_values"], (nlohmann::json{{0, 0, 10, 10}, {400, 500, 400, 500}}));
   const std::string first = read_text(folder_ / "s" / "report.html");
   ASSERT_EQ(run("report s").code, 0);
@@ -197,7 +197,7 @@ TEST_F(Report, OfAnOptimizationIsWritten) {
   EXPECT_THAT(o.out, EndsWith("report: o/report.html\n"));
   const auto report = data("o/report.html");
   EXPECT_EQ(report["kind"], "optimization");
-  EXPECT_EQ(report["optimization"]["command"], "grapnel run o/best.yaml");
+  EXPECT_EQ(report["optimization"]["command"], "grapnel run best.yaml");
   EXPECT_EQ(report["optimization"]["columns"][1]["name"], "tip-1.approach_angle");
 }
 

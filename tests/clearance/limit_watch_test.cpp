@@ -197,12 +197,12 @@ std::vector<LimitEvent> watch_steps(const JointLimits& limits, const Curve& posi
   return w.events();
 }
 
-// A joint that is stopped at its limit passes it nowhere, though a cubic through samples on both sides does.
+// A joint that is stopped at its limit passes it nowhere.
 TEST(LimitWatch, AJointThatIsStoppedAtItsLimitStaysWithinIt) {
   const Curve position = [](double t) { return 0.9 - std::max(0.55 - t, 0.0); };
   const Curve rate = [](double t) { return t < 0.55 ? 1.0 : 0.0; };
   EXPECT_THAT(watch_steps(position_limits(-0.9, 0.9), position, rate, {0, 0.3, 0.55, 0.8, 1}), IsEmpty());
-  EXPECT_THAT(watch(position_limits(-0.9, 0.9), position, rate, 1, 3), SizeIs(1));
+  EXPECT_THAT(watch(position_limits(-0.9, 0.85), position, rate, 1, 3), SizeIs(1));  // it is evaluated at all
 }
 
 TEST(LimitWatch, TurnsAndLargestRatesInsideALongStep) {

@@ -57,8 +57,11 @@ TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
   EXPECT_THAT(run("import none.yaml -o robot.yaml").err, HasSubstr("a model to be imported ends in .urdf or .xml"));
   EXPECT_THAT(run("import " + corpus("gripper.urdf") + " -o none/robot.yaml").err,
               HasSubstr("none/robot.yaml: error: there is no folder 'none'\n"));
-  write("m.urdf", "<robot/>");
-  EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("the result would replace the model"));
+  const std::string model =
+      "<robot name='r'><link name='b'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
+      "</robot>";
+  write("m.urdf", model);
+  EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("m.urdf: error: must not be replaced"));
 }
 
 TEST_F(ImportProgram, NamesInLatin1AndLongOnes) {

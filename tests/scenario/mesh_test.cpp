@@ -479,7 +479,7 @@ TEST_F(MeshInScenario, SaysWhatIsWrong) {
   const auto faults = [&](const std::string& ball) { return faults_of_file(write(ball, lower_)); };
   EXPECT_THAT(faults("{shape: mesh, file: none.stl}"), ElementsAre(HasSubstr("scenario.yaml:7:35: error: ")));
   EXPECT_THAT(faults("{shape: mesh, file: part.step}"),
-              ElementsAre("scenario.yaml:7:35: error: mesh file 'part.step' must end in .stl or .obj"));
+              ElementsAre("scenario.yaml:7:35: error: mesh file 'part.step' must end in .stl, .obj or .dae"));
   EXPECT_THAT(faults("{shape: mesh}"), ElementsAre(HasSubstr("file")));
   EXPECT_THAT(faults("{shape: mesh, file: ''}"), ElementsAre(HasSubstr("file")));
   EXPECT_THAT(faults("{shape: mesh, file: part.stl, scale: 0}"), ElementsAre(HasSubstr("scale")));

@@ -129,10 +129,10 @@ TEST(Warnings, RatesOfWheelsAndRotors) {
   const auto with_wheels = [](const std::string& wheels, const std::string& initial) {
     return warnings_with(
         {{"base: {mass: 100, inertia: [10, 10, 10]}", "base: {mass: 100, inertia: [10, 10, 10]}\n  " + wheels},
-         {"elbow: 1}", "elbow: 1}" + initial}});
+         {"elbow: 1}\n", "elbow: 1}\n" + initial}});
   };
   const std::string array = "wheel_array: {configuration: orthogonal, inertia: 0.01, rate: ";
-  EXPECT_THAT(with_wheels(array + "6000}", ", wheel_rates: [300, -300, 6000]"), IsEmpty());
+  EXPECT_THAT(with_wheels(array + "6000}", "  wheel_rates: [300, -300, 6000]\n"), IsEmpty());
   EXPECT_THAT(with_wheels(array + "20000 rpm}", ""), IsEmpty());
   EXPECT_THAT(
       with_wheels(array + "8000}", ""),
@@ -181,7 +181,7 @@ TEST(Warnings, InertiaAboutTheJoint) {
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 0.416, 0.416]"), IsEmpty());
   EXPECT_THAT(
       link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]"),
-      ElementsAre("scenario.yaml:12:16: warning: robot.links[0].inertia: with the mass 5 kg and the centre of mass "
+      ElementsAre("scenario.yaml:11:16: warning: robot.links[0].inertia: with the mass 5 kg and the centre of mass "
                   "0.5 m from the frame's origin it spreads the mass by 0.576 m (root mean square) along the "
                   "line between them, and the body ends 0.5 m from the centre of mass; is it about the origin? "
                   "About the centre of mass, which is what counts, it would be [0.01, 0.416, 0.416, 0, 0, 0]"));

@@ -20,6 +20,7 @@ CaptureProblem stiff_problem() {
   problem.approach->tracking.mode = JointControl::pd;
   problem.approach->tracking.kp = {100, 4e7};
   problem.approach->tracking.kd = {10, 20};
+  problem.impact.emplace();
   problem.post_impact.emplace();
   problem.post_impact->duration = 50;
   return problem;

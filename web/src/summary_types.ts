@@ -36,6 +36,8 @@ export interface Summary {
   releases?: ReleaseReport[];
   /** absent without such motion */
   post_impact?: PostImpact;
+  /** of a scenario in which nothing is captured; else absent */
+  motion?: PostImpact;
   /** the largest loads of every phase; absent if nothing was loaded */
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
@@ -84,6 +86,7 @@ export const kSummary: FieldNote[] = [
   ["later_impacts","","of grasps that closed later, in the order of time; absent if there are none"],
   ["releases","","grasps that are released, in the order of time; absent if there are none"],
   ["post_impact","","absent without such motion"],
+  ["motion","","of a scenario in which nothing is captured; else absent"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
   ["gyros","","control moment gyros; absent if there are none"],
@@ -1441,10 +1444,12 @@ export const kReleaseReport: FieldNote[] = [
   ["targets","","that each of them held"],
 ];
 
-// the motion after the impact.
+// the motion after the impact, or of a run without one.
 export interface PostImpact {
   /** at the end of the motion */
   end?: PhaseEnd;
+  /** that have ended, in the order of time */
+  phases: MotionPhaseReport[];
   /** absent where no loop was closed */
   loops?: LoopReport[];
   /** per phase and grasp; absent where nothing was held */
@@ -1464,6 +1469,7 @@ export interface PostImpact {
 }
 export const kPostImpact: FieldNote[] = [
   ["end","","at the end of the motion"],
+  ["phases","","that have ended, in the order of time"],
   ["loops","","absent where no loop was closed"],
   ["grasp_loads","","per phase and grasp; absent where nothing was held"],
   ["detumbling","","absent without it"],
@@ -1473,6 +1479,29 @@ export const kPostImpact: FieldNote[] = [
   ["grasp_force","","absent without it"],
   ["at_rest","","absent where the scenario states no rates"],
 ];
+
+// a phase of the motion after the approach that has ended.
+export interface MotionPhaseReport {
+  /** of the phase; its samples in the time series have it, pieces after an event NAME_2, ... */
+  name: string;
+  /** of the phase [s] */
+  begin: number;
+  /** of the phase [s] */
+  end: number;
+  /** `duration`: after its duration. `condition`: what it is `until` held before */
+  ended: MotionPhaseEnd;
+  /** at its end */
+  state?: PhaseEnd;
+}
+export const kMotionPhaseReport: FieldNote[] = [
+  ["name","","of the phase; its samples in the time series have it, pieces after an event NAME_2, ..."],
+  ["begin","s","of the phase"],
+  ["end","s","of the phase"],
+  ["ended","","`duration`: after its duration. `condition`: what it is `until` held before"],
+  ["state","","at its end"],
+];
+
+export type MotionPhaseEnd = "duration" | "condition";
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
 export interface LoopReport {
