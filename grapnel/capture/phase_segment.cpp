@@ -200,8 +200,8 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   const double end = next_event(run, phase);
   const std::string name = run.next_name(phase.name);
   const bool controlled = run.joints.are_controlled();
-  monitor.begin_phase({name, bodies.system, dynamics_, controlled, run.joints.efforts_are_cut(),
-                       run.schedule.opened(), bodies.time, run.law.works(), !run.joints.approaching()});
+  monitor.begin_phase({name, bodies.system, dynamics_, controlled, run.joints.efforts_are_cut(), run.schedule.opened(),
+                       bodies.time, run.law.works(), !run.joints.approaching()});
   // Joints that follow a reference exactly are on it from the first instant on.
   bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
   describe(name, end, controlled);

@@ -48,8 +48,7 @@ class SaturationMonitor {
 
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
-  bool looks_ = false, drives_wheels_ = false, steers_ = false, fires_ = false,
-       commands_base_ = false;
+  bool looks_ = false, drives_wheels_ = false, steers_ = false, fires_ = false, commands_base_ = false;
   std::vector<Item> wheel_rates_, wheel_torques_, gimbal_rates_, gimbal_torques_, thrusters_;  // in the robot's order
   std::vector<Item> base_;                                                                     // about x, y, z
   Item gyros_;

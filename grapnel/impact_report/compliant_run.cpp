@@ -241,7 +241,8 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
           : fmt::format("the motion afterwards deviates little: {:.2g} of the energy is left", share);
   run.warnings.push_back(fmt::format(
       "impact: it was not over after impact.longest = {:.4g} s, {}; {}. The {:.4g} J in springs are deleted, and "
-      "grasps take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, lets the "
+      "grasps take out the remaining relative motion at once. A larger impact.longest, or a larger impact.settled, "
+      "lets the "
       "impact end",
       longest, consequence, places.empty() ? "relative motion remains" : fmt::format("{}", fmt::join(places, "; ")),
       outcome.elastic_energy_after));

@@ -154,7 +154,8 @@ std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
   std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps",
-                                plan.found && !is_unplanned(result) ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations);
+                                plan.found && !is_unplanned(result) ? "found" : "NOT FOUND", plan.solutions,
+                                plan.starts, plan.iterations);
   if (std::isfinite(plan.objective_value))
     out += fmt::format(", objective {} = {}", plan.objective, short_number(plan.objective_value));
   out += "\n";
@@ -713,8 +714,7 @@ std::string result_table(const CaptureResult& result) {
          impact_tables(result) + release_lines(result) + phases_table(result) + post_impact_table(result) +
          law_tables(result) + elastic_table(result) + wheel_table(result) + gyro_table(result) +
          thruster_table(result) + saturation_table(result) + joint_mode_table(result) + loop_tables(result) +
-         load_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

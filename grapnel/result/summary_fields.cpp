@@ -570,7 +570,9 @@ const Type& type_of<Summary>() {
 }
 > ("stability", "", "of control loops, per phase of motion; absent where it was not observed")
         .when<[](const S& s) { return !s.result.stability.empty(); }>(),
-    derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
+    derived < [](const S& s) -> auto& {
+  return *worst_margin(s.result);
+}
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
         .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
     derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")

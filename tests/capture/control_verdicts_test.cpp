@@ -278,8 +278,8 @@ TEST(Rest, OfTheMotionAfterwards) {
   SKIP_UNDER_SANITIZERS();
   const std::string file = GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml";
   const auto flown = [&](const char* rate) {
-    CaptureResult result = simulate_capture(
-        load_scenario(file, std::vector<Override>{{"post_impact.at_rest.angular_velocity", rate}}));
+    CaptureResult result =
+        simulate_capture(load_scenario(file, std::vector<Override>{{"post_impact.at_rest.angular_velocity", rate}}));
     EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
     EXPECT_TRUE(result.rest.has_value());
     return result;

@@ -220,7 +220,8 @@ TEST(Faults, EachIsFound) {
             "approach: final joint positions: a value is not finite");
   EXPECT_EQ(fault([](CaptureProblem& p) { p.post_impact->duration = INFINITY; }),
             "post_impact: duration must be positive");
-  EXPECT_EQ(fault([](CaptureProblem& p) { p.impact.reset(); }), "motion is for problems without grasps; after grasps post_impact needs an impact");
+  EXPECT_EQ(fault([](CaptureProblem& p) { p.impact.reset(); }),
+            "motion is for problems without grasps; after grasps post_impact needs an impact");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.approach->tracking.mode = JointControl::prescribed, p.joint_rate.assign(6, 0.1);
             }),
@@ -257,7 +258,8 @@ TEST(Faults, EachIsFound) {
 TEST(Faults, NothingToDo) {
   CaptureProblem p = thesis_case();
   p.approach.reset(), p.impact.reset();
-  EXPECT_THAT(faults(p), ::testing::ElementsAre("neither approach nor impact nor motion: there is nothing to simulate"));
+  EXPECT_THAT(faults(p),
+              ::testing::ElementsAre("neither approach nor impact nor motion: there is nothing to simulate"));
   p = thesis_case();
   p.grasps.clear(), p.targets.clear();
   EXPECT_THAT(faults(p),

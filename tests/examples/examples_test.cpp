@@ -528,8 +528,8 @@ void expect_a_coast(const CaptureResult& r) {
   ASSERT_EQ(r.phases.size(), 1u);
   EXPECT_EQ(r.phases[0].end, 1450);
   EXPECT_EQ(r.phases[0].ended, MotionPhaseReport::End::duration);
-  const double turn = rotation_angle(transpose(pose_at(r, "base", 0).R) *
-                                     pose_at(r, "base", r.series.time.size() - 1).R);
+  const double turn =
+      rotation_angle(transpose(pose_at(r, "base", 0).R) * pose_at(r, "base", r.series.time.size() - 1).R);
   std::printf("[ measured ] the base turns by %.4f rad\n", turn);
   EXPECT_GT(turn, 0.1);
 }

@@ -23,7 +23,8 @@ const std::vector<FaultCase> kCases{
       "mapping "
       "with a robot's content or a mapping with a bus and arms, not a list",
       "scenario.yaml:3:1: error: unknown key 'x' in the scenario; allowed are schema, name, description, robot, "
-      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, motion, external_wrenches, "
+      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, motion, "
+      "external_wrenches, "
       "control, sensors, impedance, clearance, …"}},
     {"robot_axis_not_unit",
      {{"type: revolute, axis: [0, 0, 1], limits", "type: revolute, axis: [0, 1, 1], limits"}},

@@ -37,7 +37,8 @@ const std::vector<FaultCase> kCases{
     {"duplicate_key_below_unknown",
      {{"name: test", "name: test\nextra: {a: 1, a: 2}"}},
      {"scenario.yaml:2:1: error: unknown key 'extra' in the scenario; allowed are schema, name, description, robot, "
-      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, motion, external_wrenches, "
+      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, motion, "
+      "external_wrenches, "
       "control, sensors, impedance, clearance, …",
       "scenario.yaml:2:15: error: duplicate key 'a' in extra; first given in line 2"}},
     {"wrong_type_text",
@@ -273,7 +274,8 @@ const std::vector<FaultCase> kCases{
      {{"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\nimpact: {duration: "
        "1e-3}\npost_impact: {duration: 10}\n",
        ""}},
-     {"scenario.yaml:1:1: error: nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is captured"}},
+     {"scenario.yaml:1:1: error: nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is "
+      "captured"}},
     {"pd_without_gains",
      {{"  final_rates", "  tracking: {mode: pd, kp: 49}\n  final_rates"}},
      {"scenario.yaml:33:13: error: missing key 'kd' in approach.tracking, needed with mode: pd"}},
