@@ -17,7 +17,7 @@ void take_out_laws(PostImpactSetup& post) {
   post.detumble.reset(), post.keep_base_attitude.reset(), post.model.reset();
   post.base_control.reset();
   if (!post.until) return;
-  post.until->event = PhaseUntil::Event::none;  // of a law
+  post.until->event.reset();  // of a law
   const PhaseUntil& until = *post.until;
   const bool any_left = until.base_rate || until.target_rate || until.relative_rate || until.joint_rate ||
                         until.wheel_momentum_below || until.wheel_momentum_above;
