@@ -1,6 +1,6 @@
-"""Tables of docs/validation.md about impulses: relative speed, angle of approach, mass. Standard library only.
+"""Tables of docs/validation/thesis-impulse.md: relative speed, angle of approach, mass. Standard library only.
 
-Used by scripts/validation. What is said of the thesis's section 4.3 there rests on these.
+Used by scripts/validation. The conclusions about the thesis's section 4.3 rest on these.
 """
 import math
 import re
@@ -86,8 +86,8 @@ def against_speed(rows, cases, with_approach):
             lines.append(cells)
     head = ["case", "θ_e"]
     for i in (1, 2):
-        head += [f"grasp {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of \\|P\\|"] + (["bend of P"] if with_approach else [])
-    return table(head + (["a joint changes by up to [rad]"] if with_approach else []), lines)
+        head += [f"grasp {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "nonlinearity of \\|P\\|"] + (["nonlinearity of P"] if with_approach else [])
+    return table(head + (["largest change of a joint [rad]"] if with_approach else []), lines)
 
 
 def closed_fixed():
@@ -100,8 +100,8 @@ def closed_fixed():
             cells += [number(magnitude(r, grasp), 3) for r in points]
             cells.append(small(bend(SPEEDS, [impulse(r, grasp) for r in points]), 1e-12))
         lines.append(cells)
-    return table(("case", "grasp 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of P", "grasp 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
-                  "bend of P"), lines)
+    return table(("case", "grasp 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "nonlinearity of P", "grasp 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
+                  "nonlinearity of P"), lines)
 
 
 # Of each case, whose target a grasp holds that spins.
@@ -119,7 +119,7 @@ def rotating(tables):
                       for a, b in zip(along_speed(rows, case, angle), rest) if b[SPEED] > 0]
             more = sum(x > 1 for x in ratios)
             lines.append((loop, f"{angle:.0f}°", f"{more} of {len(ratios)}", f"{min(ratios):.3f}", f"{max(ratios):.3f}"))
-    return table(("loop", "θ_e", "spinning costs more", "least ratio", "largest ratio"), lines)
+    return table(("loop", "θ_e", "larger for the spinning target", "minimum ratio", "maximum ratio"), lines)
 
 
 def elbow():
@@ -155,15 +155,15 @@ def against_angle():
                 least, most = min(main, key=lambda r: magnitude(r, grasp)), max(main, key=lambda r: magnitude(r, grasp))
                 cells += [f"{number(magnitude(r, grasp), 3)} at {r[ANGLE]:.0f}°" for r in (least, most)]
             lines.append(cells)
-    return table(("loop", "case", "one family of configurations", "unreachable", "grasp 1: least \\|P\\| [N s]", "largest", "grasp 2: least",
-                  "largest"), lines)
+    return table(("loop", "case", "one family of configurations", "unreachable", "grasp 1: minimum \\|P\\| [N s]", "maximum", "grasp 2: minimum",
+                  "maximum"), lines)
 
 
 SEVEN_JOINTS = "seven-joint-dual-capture"
 
 
 def rotate(q, v):
-    """A vector turned by a quaternion (w, x, y, z)."""
+    """A vector rotated by a quaternion (w, x, y, z)."""
     w, *u = q
     cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     t = [2 * x for x in cross(u, v)]
@@ -187,7 +187,7 @@ def mass_ratio():
     servicer = sum(float(m) for m in re.findall(r"^ +mass: ([0-9.]+)", robot, re.M))
     first = [float(x) for x in re.search(r"^    com: \[(.*?)\]", scenario, re.M).group(1).split(",")]
     limits = light_target_limit(impact_of(SEVEN_JOINTS), (first, (0.0, 0.0, 0.0)))
-    lines = [("to 0, by hand", "", "", *(number(x, 5) for x in limits), "", "")]
+    lines = [("limit 0, by hand calculation", "", "", *(number(x, 5) for x in limits), "", "")]
     for r in sweep("mass-ratio"):
         decade = math.log10(r["mass_ratio [1]"])
         if abs(decade - round(decade)) > 1e-6:
@@ -197,7 +197,7 @@ def mass_ratio():
         lines.append((f"1e{round(decade)}", *(number(magnitude(r, g)) for g in GRIPS), *(number(magnitude(r, g) / mass, 5) for g in GRIPS),
                       *(number(x) for x in base)))
     return table(("mass ratio", "grasp 1: \\|P\\| [N s]", "grasp 2: \\|P\\| [N s]", "grasp 1: \\|P\\| / target's mass [m/s]", "grasp 2 [m/s]",
-                  "base's velocity changes by [m/s]", "its angular velocity by [rad/s]"), lines)
+                  "change of the base's velocity [m/s]", "of its angular velocity [rad/s]"), lines)
 
 
 def blocks():

@@ -96,7 +96,7 @@ class Site:
                 text = re.sub(r"<!-- on the site:\n(.*?)\n?-->", r"\1", text, flags=re.DOTALL)
             lines = [self.led(page, line) if prose else line for line, prose in outside_code(text)]
             text = "\n".join(lines)
-            self.write(place, text + contents(text) if page == MAIN else text)
+            self.write(place, text + (contents(text) if page == MAIN else details(place, text, self.pages.values())))
 
 
 def contents(text):
@@ -112,6 +112,17 @@ def contents(text):
                 section[1].append(f"{words} <{link}>")
     blocks = ["```{toctree}\n:hidden:\n:caption: " + title + "\n\n" + "\n".join(links) + "\n```\n" for title, links in parts if links]
     return "\n" + "\n".join(blocks)
+
+
+def details(place, text, places):
+    """Hidden table of contents of a page with details behind it: the pages in the folder of its name, as it links them."""
+    folder = place.removesuffix(".md") + "/"
+    inner = sorted(p for p in places if p.startswith(folder))
+    if not inner:
+        return ""
+    names = [os.path.relpath(p, pathlib.PurePosixPath(place).parent) for p in inner]
+    names.sort(key=lambda name: text.find(f"({name}") if f"({name}" in text else len(text))
+    return "\n```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
 
 
 def run(program, *words, **options):
