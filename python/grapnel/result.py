@@ -34,7 +34,7 @@ def _meant(name: object, names: Iterable[str]) -> str:
     if near:
         return f"; did you mean {near[0]!r}?"
     near = [own for own in names if text in own or own.rsplit("/", 1)[-1] == last]
-    return f"; available are {', '.join((near or names)[:6])}" + ("" if near else ", ...")
+    return f"; available: {', '.join((near or names)[:6])}" + ("" if near else ", ...")
 
 
 class Ledger(Mapping[str, _grapnel.Check]):
