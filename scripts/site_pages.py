@@ -96,7 +96,9 @@ class Site:
                 text = re.sub(r"<!-- on the site:\n(.*?)\n?-->", r"\1", text, flags=re.DOTALL)
             lines = [self.led(page, line) if prose else line for line, prose in outside_code(text)]
             text = "\n".join(lines)
-            self.write(place, text + (contents(text) if page == MAIN else details(place, text, self.pages.values())))
+            # A folder's README.md lists the pages of the folder.
+            has_contents = page.startswith("docs/") and page.endswith("/README.md")
+            self.write(place, text + (contents(text) if has_contents else details(place, text, self.pages.values())))
 
 
 def contents(text):

@@ -88,7 +88,7 @@ test("the gallery shows a picture of every scenario", async () => {
 });
 
 test("pages are readable on a phone, and in the dark", async () => {
-  for (const name of ["index.html", "formats/scenario.html", "theory.html"]) {
+  for (const name of ["index.html", "formats/scenario.html", "theory/README.html"]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
