@@ -15,7 +15,7 @@ struct PlantDescription {
   std::string name;        // of the model
   std::string identifier;  // of its binary: a name in C
   std::string token;       // guid, instantiationToken
-  std::string tool;        // which wrote it, "Grapnel 0.2.0"
+  std::string tool;        // which wrote it, "Grapnel 0.1.0"
   double period = 0;       // [s]
   double stop = 0;         // how long the run may last [s]
 };
