@@ -88,11 +88,12 @@ bool says_the_same(const std::string& shown, const std::string& printed) {
   });
 }
 
-// Every ```console block of the README is a command, `$ build/release/bin/grapnel run ...`, and lines that it prints; a
-// line "..." stands for lines that are left out.
+// Every ```console block of README.md and docs/thesis.md is a command, `$ build/release/bin/grapnel run ...`, and lines
+// of its output; a line "..." stands for omitted lines.
 TEST_F(Program, PrintsWhatTheReadmeShows) {
   SKIP_UNDER_SANITIZERS();
-  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md"));
+  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md") + "\n" +
+                            read_text(GRAPNEL_SOURCE_DIR "/docs/thesis.md"));
   const std::string prompt = "$ build/release/bin/grapnel run scenarios/";
   int shown = 0;
   for (std::string line; std::getline(readme, line);) {
