@@ -4,7 +4,7 @@
 usage: scripts/site_pages.py PROGRAM OUT [--python FOLDER]     (scripts/docs calls it)
 
 OUT/source gets the pages of the repository, which stay the only source of their text, with their links led to where pages are on
-the site; and the pages that are made: the gallery, by running every shipped scenario and drawing it; the program's commands; the
+the site; and the generated pages: pictures of every shipped scenario; the program's commands; the
 reference of the stable C++ headers; and of the Python module, where it is built. The site's first page and its order are
 docs/README.md: its sections, and the links in them. Lines within a comment `<!-- on the site:` there are shown on the site only.
 """
@@ -20,7 +20,7 @@ import sys
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 MAIN = "docs/README.md"
-# In what order the gallery shows the folders, and what it says of them.
+# The folders of the page of pictures, in its order, with their headings.
 GALLERY = [("scenarios", "Captures in three dimensions and first steps"), ("scenarios/thesis", "The thesis's cases")]
 
 
@@ -179,9 +179,9 @@ def gallery(program, out):
     if not kept.exists():
         shutil.rmtree(kept.parent, ignore_errors=True)
         kept.mkdir(parents=True)
-    text = ("# Gallery\n\nEvery scenario that comes with Grapnel, run and drawn by `grapnel figure DIR --what strobe` when this page was made. Early\n"
-            "configurations are light and late ones dark; a panel each for the approach and for what follows the impact. Below a picture are the\n"
-            "command and the verdicts that it prints.\n")
+    text = ("# Pictures of all scenarios\n\nThe build of this page ran every scenario that comes with Grapnel and drew it by `grapnel figure DIR --what strobe`.\n"
+            "Early configurations are light, late ones dark. One panel shows the approach, the other the motion after the impact.\n"
+            "Each picture is followed by its command and the verdicts that the command prints.\n")
     faults = []
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         for folder, title in GALLERY:
@@ -231,11 +231,11 @@ def main():
     module = words[python + 1] if python is not None else None
     program, out = pathlib.Path(words[0]).resolve(), pathlib.Path(words[1]).resolve()
     site = Site(out)
-    made = {"gallery.md", "commands.md", "python-reference.md", *(pages := cpp_reference())}
+    made = {"pictures.md", "commands.md", "python-reference.md", *(pages := cpp_reference())}
     for name, text in pages.items():
         site.write(name, text)
     text, faults = gallery(program, out)
-    site.write("gallery.md", text)
+    site.write("pictures.md", text)
     manual = run(program, "manual", "--markdown")
     if manual.returncode:
         faults.append(manual.stderr)

@@ -126,7 +126,7 @@ TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
       "study.yaml: warning: in all successes that the grasps close is assumed: end-effectors without an 'envelope' "
       "hold whatever they meet, and nothing was checked\n");
   EXPECT_THAT(o.out, HasSubstr("600 cases, all assumed to hold, not judged\n"));
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, campaign study.yaml (sha256 "));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0, campaign study.yaml (sha256 "));
   EXPECT_THAT(o.out, HasSubstr("600 cases\n"));
   EXPECT_THAT(o.out, HasSubstr("results in r1: table.h5, table.csv, campaign.json"));
   const auto report = nlohmann::json::parse(read_text(folder_ / "r1" / "campaign.json"));

@@ -49,7 +49,7 @@ TEST_F(Program, RunWritesTheContractsFiles) {
   EXPECT_THAT(o.err,
               testing::MatchesRegex(".*open-loop-case-1.yaml: warning: captured: assumed, by moving target-1 .* and "
                                     "target-2 .*: no envelope says what tip-1 and tip-2 can close on\n"));
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0"));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0"));
   EXPECT_THAT(o.out, HasSubstr("sha256"));
   EXPECT_THAT(o.out, HasSubstr("ledger"));
   EXPECT_TRUE(fs::exists(folder_ / "result" / "timeseries.h5"));
@@ -88,11 +88,12 @@ bool says_the_same(const std::string& shown, const std::string& printed) {
   });
 }
 
-// Every ```console block of the README is a command, `$ build/release/bin/grapnel run ...`, and lines that it prints; a
-// line "..." stands for lines that are left out.
+// Every ```console block of README.md and docs/thesis.md is a command, `$ build/release/bin/grapnel run ...`, and lines
+// of its output; a line "..." stands for omitted lines.
 TEST_F(Program, PrintsWhatTheReadmeShows) {
   SKIP_UNDER_SANITIZERS();
-  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md"));
+  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md") + "\n" +
+                            read_text(GRAPNEL_SOURCE_DIR "/docs/thesis.md"));
   const std::string prompt = "$ build/release/bin/grapnel run scenarios/";
   int shown = 0;
   for (std::string line; std::getline(readme, line);) {

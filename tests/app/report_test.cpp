@@ -54,7 +54,7 @@ TEST_F(Report, RunWritesItLast) {
   EXPECT_THAT(o.out, EndsWith("results in r: summary.json, timeseries.h5, scene.json\nreport: r/report.html\n"));
   const auto report = data("r/report.html");
   EXPECT_EQ(report["kind"], "run");
-  EXPECT_EQ(report["version"], "0.1.0");
+  EXPECT_EQ(report["version"], "0.2.0");
   EXPECT_EQ(report["title"], "open-loop case 1");
   EXPECT_EQ(report["runs"][0]["summary"], nlohmann::json::parse(read_text(folder_ / "r" / "summary.json")));
   EXPECT_EQ(report["runs"][0]["scene"], nlohmann::json::parse(read_text(folder_ / "r" / "scene.json")));
@@ -228,7 +228,7 @@ TEST_F(Report, OnePointOfAStudyIsACompleteRun) {
   ASSERT_EQ(run("sweep study.yaml -o s --no-report --quiet").code, 0);
   const Outcome o = run("sweep study.yaml --only 3 -o p --no-report");
   ASSERT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, StartsWith("grapnel 0.1.0, point 3 of study study.yaml as scenario p/scenario.yaml (sha256 "));
+  EXPECT_THAT(o.out, StartsWith("grapnel 0.2.0, point 3 of study study.yaml as scenario p/scenario.yaml (sha256 "));
   EXPECT_FALSE(fs::exists(folder_ / "p" / "table.csv"));
   const std::string text = read_text(folder_ / "p" / "scenario.yaml");
   EXPECT_THAT(text, HasSubstr("point 3 of 4.\n#   approach_angle: 10 deg\n#   robot.base.mass: 500\n"));

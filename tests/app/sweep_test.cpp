@@ -43,7 +43,7 @@ TEST_F(Sweep, WritesItsTable) {
   const Outcome o = run("sweep study.yaml -o r -j 2");
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_EQ(complaints(o), "");
-  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, study study.yaml (sha256 "));
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0, study study.yaml (sha256 "));
   EXPECT_THAT(o.out, HasSubstr("angles: 4 points, 4 ok"));
   EXPECT_THAT(o.out, HasSubstr("grasps/tip-1/impulse_magnitude [N s]"));
   EXPECT_THAT(read_text(folder_ / "r" / "table.csv"),

@@ -68,8 +68,8 @@ test("a search for what is nowhere says so", async () => {
   await close();
 });
 
-test("the gallery shows a picture of every scenario", async () => {
-  const { page, faults, close } = await open(address("gallery.html"));
+test("the page of pictures shows every scenario", async () => {
+  const { page, faults, close } = await open(address("pictures.html"));
   const images = page.locator('article img[alt^="Superposed"]');  // copy buttons have pictures, too
   await images.evaluateAll((all) => all.forEach((image) => image.scrollIntoView()));
   const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
