@@ -96,7 +96,7 @@ constexpr long kMostSteps = 50'000;
 
 // Whether a margin that ends a piece of motion may have come to zero in a step, of which the ends are known: between
 // them it is taken to change at most twice as fast as in the mean over this step or one of the two before
-// (docs/theory.md, section 6.5).
+// (docs/theory, section 6.5).
 class MarginBound {
  public:
   /// The margin at the end of the next step, or at the start of the motion.

@@ -2,7 +2,7 @@
 
 /// @file
 /// Identification of a held target in a run: samples at the clock's ticks, what they show, and the model that laws work
-/// with before and afterwards (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
+/// with before and afterwards (docs/theory, section 16 and 18.6-18.8). Thread safety: one thread at a time.
 
 #include <limits>
 #include <memory>

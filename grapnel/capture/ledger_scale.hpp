@@ -3,7 +3,7 @@
 /// @file
 /// What deviations of momentum and energy are measured against, for one group of bodies that touch: the largest sizes
 /// of its motion, what it exchanged, and floors from its mass, its size, its place and the duration of the run.
-/// Equations: docs/theory.md, section 9.
+/// Equations: docs/theory, section 9.
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/capture_problem.hpp"

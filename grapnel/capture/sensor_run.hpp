@@ -2,7 +2,7 @@
 
 /// @file
 /// The sensors of a run: what they read at the ticks of the clock, what laws see of it, and how it compares with the
-/// truth (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
+/// truth (docs/theory, 18.1-18.4). Thread safety: one thread at a time.
 
 #include <deque>
 #include <optional>

@@ -5,7 +5,7 @@
 ///
 /// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form: with t = N_l N_d v
 /// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8), and the three
-/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone
+/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory, section 4; Saha 1997; Featherstone
 /// 2008, section 7.3). Everything is expressed in the links' own frames, so a base may be anywhere without loss of
 /// accuracy.
 
@@ -35,7 +35,7 @@ struct LinkScratch {
   Momentum<S> momentum;           // likewise, about the link's origin
 };
 
-/// Scratch of the joints that move by the modes of a chain, (4.14) to (4.16) of docs/theory.md; nobody but the kernels
+/// Scratch of the joints that move by the modes of a chain, (4.14) to (4.16) of docs/theory; nobody but the kernels
 /// reads it.
 struct ChainScratch {
   std::vector<Wrenchd> U;  // per mode: the wrench at the link under way that its unit acceleration takes; then G

@@ -48,7 +48,7 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
 /// Energy of the spring at a body's joint [J]; the body is one of Model::springs().
 double spring_energy(const Model& model, const State& state, int body);
 
-// What deviations of momentum and energy are relative to, for one group of bodies that touch (docs/theory.md, section
+// What deviations of momentum and energy are relative to, for one group of bodies that touch (docs/theory, section
 // 9), as a template on the scalar: the conservation checks of single captures and those of lanes share it.
 
 /// How large a group's motion is at an instant: sums over its bodies of mass m, velocity v of the centre of mass and

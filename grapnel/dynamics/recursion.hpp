@@ -205,7 +205,7 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
   return {cross(V.angular, w), cross(V.linear, w)};
 }
 
-// --- Rotors whose spin counts: (19.7) to (19.11) of docs/theory.md. --------------------------------------------------
+// --- Rotors whose spin counts: (19.7) to (19.11) of docs/theory. --------------------------------------------------
 
 /// The rotor's spin momentum per rate of the joint, in the link's frame; it acts on the parent.
 template <OneAxis Joint, class S>
@@ -333,7 +333,7 @@ GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<
 
 // What the joint passes to the parent, still in the link's frame: the inertia and, returned, the bias wrench
 //   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
-// the terms of (4.8) and (4.11) of docs/theory.md, for any structure; c is the bias acceleration (Featherstone 2008,
+// the terms of (4.8) and (4.11) of docs/theory, for any structure; c is the bias acceleration (Featherstone 2008,
 // eqs. 7.25, 7.26). Written number by number: with packs, structures of this size returned or assigned as a whole go
 // through memory (a sixth of the time).
 template <class S>
@@ -525,7 +525,7 @@ GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const Dynamic
   }
 }
 
-// --- Joints that move by the modes of a chain: (4.14) to (4.16) of docs/theory.md. -----------------------------------
+// --- Joints that move by the modes of a chain: (4.14) to (4.16) of docs/theory. -----------------------------------
 //
 // Of what lies beyond a joint, with A' the acceleration that arrives at its link from the inside, the joint passes on
 // the wrench I A' + p + U eta'', and what the modes ask of the joints met so far is D eta'' + r + U^T A' = 0. One joint

@@ -2,7 +2,7 @@
 
 /// @file
 /// From the matrices of a free finite-element model to what a robot file states of a body that vibrates: mass, centre
-/// of mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of docs/theory.md.
+/// of mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of docs/theory.
 
 #include <optional>
 #include <vector>

@@ -2,7 +2,7 @@
 
 /// @file
 /// Mass, centre of mass and inertia of a body that a robot holds, from measured rates and what is known of the total
-/// momentum (docs/theory.md, section 16). Thread safety: a free function of its arguments.
+/// momentum (docs/theory, section 16). Thread safety: a free function of its arguments.
 
 #include <array>
 #include <optional>

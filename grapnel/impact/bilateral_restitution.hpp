@@ -2,7 +2,7 @@
 
 /// @file
 /// Restitution at bilateral grasps, u+ = -E u-: the grasps' relative velocities rebound row by row. dT = -1/2
-/// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory.md, section 11).
+/// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory, section 11).
 
 #include <string>
 

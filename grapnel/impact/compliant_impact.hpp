@@ -6,7 +6,7 @@
 ///
 /// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
-/// else. Radau's method of order 9 with events at touch and separation; docs/theory.md, section 12.
+/// else. Radau's method of order 9 with events at touch and separation; docs/theory, section 12.
 /// Springs at joints (JointDescription::spring) and their dampers work meanwhile.
 /// Limitations: motors do nothing meanwhile but what an ImpactDrive says; other joint friction and gravity do nothing;
 /// a contact is a point against a plane; grasps turn by less than half a turn.

@@ -3,7 +3,7 @@
 /// @file
 /// Impact of contacts that are not grasps: unilateral, with restitution and Coulomb friction, any number at once.
 ///
-/// All hypotheses share one path in the space of impulses and differ in where it ends (docs/theory.md, section 11).
+/// All hypotheses share one path in the space of impulses and differ in where it ends (docs/theory, section 11).
 
 #include <string>
 

@@ -3,7 +3,7 @@
 /// @file
 /// What impulses at the grasps would do, and which impulses a given motion brings: measures of a configuration, for r
 /// arms coupled through a floating base (the extended inverse inertia, impulse ellipsoid and impulse index go back to
-/// Yoshida and Sashida 1993; docs/theory.md, section 13).
+/// Yoshida and Sashida 1993; docs/theory, section 13).
 ///
 /// Angular and linear parts have different units and are never summed: an ellipsoid is of the one or of the other, and
 /// where all rows are taken together they are scaled by what the free target would do, (7.8), so that numbers are

@@ -2,7 +2,7 @@
 
 /// @file
 /// How impulses and base rate of a plastic impact change with what is uncertain: derivatives of plastic_impact() by
-/// dual numbers through the kernels and implicit differentiation of its equations (docs/theory.md, section 13).
+/// dual numbers through the kernels and implicit differentiation of its equations (docs/theory, section 13).
 /// Limitations: of first order, at this configuration; what an approach planned anew would change besides is not in it.
 
 #include <Eigen/Core>
@@ -71,7 +71,7 @@ struct DualMatrix {
   Eigen::MatrixXd value, derivative;
 };
 
-/// M, J and D of docs/theory.md, equations (7.1), (7.2) and (7.8), rows of grasps first, then of held rates.
+/// M, J and D of docs/theory, equations (7.1), (7.2) and (7.8), rows of grasps first, then of held rates.
 struct VariedImpact {
   DualMatrix M;  // mass matrix
   DualMatrix J;  // relative Jacobian

@@ -3,7 +3,7 @@
 /// @file
 /// Plastic impact of all grasps at once: the end-effectors and the targets move as one afterwards.
 ///
-/// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory.md, section 7), over robot
+/// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory, section 7), over robot
 /// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The
 /// thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp. Limitations:
 /// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
@@ -18,7 +18,7 @@
 
 namespace grapnel {
 
-// Checks of one impact without duration, of every law: (9.5) and (9.6) of docs/theory.md. They are relative to what
+// Checks of one impact without duration, of every law: (9.5) and (9.6) of docs/theory. They are relative to what
 // takes part in the impact, so that a heavy body elsewhere hides nothing.
 
 struct ImpactChecks {
@@ -79,7 +79,7 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
 
 struct BilateralRows {
   Eigen::MatrixXd J;             // rows x velocities: grasp_jacobian(), rows of modes, a unit entry per held velocity
-  Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory.md; held rates the diagonal of J M^-1 J^T
+  Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory; held rates the diagonal of J M^-1 J^T
   Eigen::VectorXd held_after;    // rows: zero for grasps, HeldRate::after for held rates
   Eigen::VectorXd held_inertia;  // per held velocity: drive_inertia(), with which it resists grasps that contradict it
   std::vector<int> held;         // their indices in State::v
@@ -91,13 +91,13 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
                              std::span<const Grasp> grasps, std::span<const HeldRate> held);
 
 /// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow. Held velocities are eliminated, so that they
-/// are exact and the least singular value of what is left is that of the grasps: (7.21) of docs/theory.md. As of
+/// are exact and the least singular value of what is left is that of the grasps: (7.21) of docs/theory. As of
 /// solve_impulsive_constraint() otherwise. `factor` is M's.
 /// @throws std::invalid_argument if M is not positive definite.
 ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
                                   const Eigen::VectorXd& v, const Eigen::VectorXd& u_after);
 
-/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory.md, equations (7.5)-(7.7)), with
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory, equations (7.5)-(7.7)), with
 /// its checks; drives whose rates the grasps do not allow give way, (7.20). `rows` are those of `grasps` and `held`.
 ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
                           const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Held rates that the grasps do not allow: drives give way, as little as they can (docs/theory.md, section 7).
+/// Held rates that the grasps do not allow: drives give way, as little as they can (docs/theory, section 7).
 ///
 /// A drive that holds a rate stands for a rotor of infinite inertia. The limit k -> infinity of the plastic impact with
 /// rotors k J_r that come in at the rates told is

@@ -12,7 +12,7 @@
 /// The simplified Newton iteration uses how mechanical systems are made: positions x change by rates w, x' = X(x, w),
 /// w' = W(x, w), and X depends on x by turning alone, which is slow, so that dX/dx is left to the iteration. What is
 /// factorized is then of the rates' size, once for the real eigenvalue of (a_ij) and once for each of its two complex
-/// pairs. Numbers that nothing depends on (quadratures) are summed from the stages. docs/theory.md, (12.18) to (12.23).
+/// pairs. Numbers that nothing depends on (quadratures) are summed from the stages. docs/theory, (12.18) to (12.23).
 /// @warning Not thread-safe: an integrator belongs to one thread.
 
 #include <array>

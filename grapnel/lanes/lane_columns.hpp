@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory.md. What
+/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory. What
 /// constraint/loop_columns.hpp is to one case; there the rows of a closure are the numbers of one vector, here cases
 /// are. Ways to roots are those of all lanes.
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Closed loops in packs: accelerations with the closures' multipliers, and the projection that keeps loops closed,
-/// section 8 of docs/theory.md. What constraint/constrained_dynamics.hpp is to one case, by the same equations. Rows
+/// section 8 of docs/theory. What constraint/constrained_dynamics.hpp is to one case, by the same equations. Rows
 /// are those of all lanes (lane_columns.hpp), pivots and ranks each lane's (lane_pivots.hpp). A case whose rank is in
 /// doubt, or whose loops cannot be closed, leaves the lanes (LaneStatus::loops_in_doubt): rounding, which is not the
 /// same here as there, would decide, or there is a failure whose cause only a run alone can say.

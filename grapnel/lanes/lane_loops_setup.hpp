@@ -15,7 +15,7 @@ namespace grapnel::lanes {
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup);
 
 /// Where all joints of a loop that turn do so about parallel axes, its closure has rows for what they can move alone,
-/// of a rigid grasp three instead of six (docs/theory.md, section 8.3).
+/// of a rigid grasp three instead of six (docs/theory, section 8.3).
 std::vector<LoopTable> loop_tables(const Model& model, const PhaseSetup& setup);
 
 /// kLoopNumbers of each closure.

@@ -34,7 +34,7 @@ struct JointLimits {
 /// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition stands for the jump of
 /// dry friction, so a joint creeps where a real one sticks; the rate at which it does is the user's to choose. With the
 /// model `sticking` it is -(viscous rate + coulomb sign(rate)) while the joint moves, and at rest whatever holds the
-/// joint, up to breakaway(): docs/theory.md, (19.1).
+/// joint, up to breakaway(): docs/theory, (19.1).
 struct JointFriction {
   enum class Model { smooth, sticking };
   double viscous = 0;             // [N m s/rad or N s/m]
@@ -65,7 +65,7 @@ struct JointMotor {
 };
 
 /// A linear spring and damper at a joint of one axis, which pulls it back to `rest`: effort -stiffness (q - rest) -
-/// damping rate, (22.1) of docs/theory.md; with backlash it begins to pull at half of that on either side. Joints with
+/// damping rate, (22.1) of docs/theory; with backlash it begins to pull at half of that on either side. Joints with
 /// a spring are not driven: hinges of panels, gears that yield, pieces of links that bend.
 struct JointSpring {
   double stiffness = 0;  // [N m/rad or N/m]
@@ -109,7 +109,7 @@ struct JointDescription {
   double gear_ratio = 1;     // motor turns per joint turn [1, or rad/m for a prismatic joint]
   /// The rotor's axis, unit, in the joint's frame, which is the parent's but for its mount: about it the rotor, which
   /// the parent carries, turns gear_ratio times as fast as the joint. Absent: the rotor adds to the joint's inertia
-  /// alone. Present: its spin counts in the momentum, (19.6) of docs/theory.md.
+  /// alone. Present: its spin counts in the momentum, (19.6) of docs/theory.
   std::optional<Vector3d> rotor_axis = {};
   std::optional<JointMotor> motor = {};
   std::optional<JointSpring> spring = {};

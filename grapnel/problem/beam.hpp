@@ -2,7 +2,7 @@
 
 /// @file
 /// A beam within a link, as flexible_robot() cuts it: sections along its length, places that yield, pieces between
-/// them; (22.2) to (22.5a) of docs/theory.md. Internal to this module.
+/// them; (22.2) to (22.5a) of docs/theory. Internal to this module.
 
 #include <string>
 #include <vector>

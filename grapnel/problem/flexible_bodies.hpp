@@ -4,7 +4,7 @@
 /// Bodies that bend, as rigid pieces on springs: beams within links (finite segments), gears that yield, hinges with
 /// springs. What a scenario says of them (BeamDescription, JointElasticity, JointSpring) is made into bodies and joints
 /// of a robot here, once, so that all of dynamics, constraints and impacts are those of rigid bodies; (22.1) to (22.6)
-/// of docs/theory.md.
+/// of docs/theory.
 
 #include <optional>
 #include <string>

@@ -236,7 +236,7 @@ struct JointImpulse {
 };
 
 /// A joint that brake or drive held during the impact, or was to hold: where the rates that drives are told contradict
-/// the grasps, drives give way (docs/theory.md, section 7).
+/// the grasps, drives give way (docs/theory, section 7).
 struct HeldJoint {
   std::string joint;
   double impulse = 0;

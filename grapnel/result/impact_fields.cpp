@@ -223,7 +223,7 @@ const Type& type_of<HeldJoint>() {
       field<&H::rate_after>("rate_after", "rad/s or m/s", "that it has after the impact"),
       field<&H::gave_way>("gave_way",
                           "the grasps did not allow all rates that drives were told, and this one had to "
-                          "give way, as little as possible (docs/theory.md, section 7). A warning says so "
+                          "give way, as little as possible (docs/theory, section 7). A warning says so "
                           "too"),
   };
   static constexpr Type type = structure<H>(

@@ -33,7 +33,7 @@ struct LedgerEntry {
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
-/// What drifts are relative to; none can vanish while something moves (docs/theory.md, section 9).
+/// What drifts are relative to; none can vanish while something moves (docs/theory, section 9).
 struct LedgerScale {
   double linear_momentum = 0;   // max over time of sum |m v| [N s]
   double angular_momentum = 0;  // max over time of sum (|I w| + |r x m v|), r from the system's centre of mass [N m s]

@@ -2,7 +2,7 @@
 
 /// @file
 /// Joints that stick, and joints that meet stops: the modes in which their motion is smooth, how they are chosen where
-/// one ends, and the impacts at stops. docs/theory.md, section 19. Thread safety: one thread at a time.
+/// one ends, and the impacts at stops. docs/theory, section 19. Thread safety: one thread at a time.
 
 #include <Eigen/Core>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a joint's motor makes of what it is told: the largest effort at a rate, torque ripple, current. docs/theory.md,
+/// What a joint's motor makes of what it is told: the largest effort at a rate, torque ripple, current. docs/theory,
 /// (19.12) to (19.14).
 
 #include <algorithm>

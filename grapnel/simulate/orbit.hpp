@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A reference orbit, and what bodies near it feel in a frame that falls with it without turning (docs/theory.md,
+/// A reference orbit, and what bodies near it feel in a frame that falls with it without turning (docs/theory,
 /// section 14).
 ///
 /// The field is the linear part of the difference between the gravity at a point and that at the reference point. Its

@@ -47,7 +47,7 @@ def identify(robot: Robot, frame: str, q: ArrayLike, v: ArrayLike, *, impulse: A
              momentum: ArrayLike | None = None, angular_velocity: float = 0.0, velocity: float = 0.0,
              joint_rate: float = 0.0) -> Identification:
     """Estimates mass, centre of mass and inertia of the body that carries `frame` and that the robot holds, by weighted least
-    squares on the momentum of samples (docs/theory.md, section 16).
+    squares on the momentum of samples (docs/theory, section 16).
 
     `robot`: the joined system with the masses of all other bodies, such as `Robot(problem, targets=True).holding(q)`; its mass
     properties of the held body are not used.

@@ -288,7 +288,7 @@ class Robot:
         """The plastic impact when end-effectors grasp bodies simultaneously: `[("tip-1", "target:debris")]`, rigidly, or by a
         'hinge' or 'point' as the third item (with the hinge's axis in the end-effector's frame as the fourth). Contact is at the
         end-effectors' origins. `joints`: 'free', or 'braked' to rest in the same instant. Exact for any momentum and any number of
-        arms (section 7 of docs/theory.md); redundant impulses minimize (7.8)."""
+        arms (section 7 of docs/theory); redundant impulses minimize (7.8)."""
         if joints not in ("free", "braked"):
             raise ValueError(f"joints is {joints!r}; expected 'free' or 'braked'")
         return Impact(**self._core.impact(q, v, _pairs(grasps), joints == "braked"))

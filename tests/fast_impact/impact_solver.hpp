@@ -4,7 +4,7 @@
 /// Plastic impact of all grasps at once in O(n): a second route to what plastic_impact() finds, for tests and
 /// benchmarks. Captures do not use it: docs/performance.md says what that would bring and cost.
 ///
-/// The same equations as plastic_impact(), W P = -u- (docs/theory.md, equation (7.3)), with W = Y^T Y from unit
+/// The same equations as plastic_impact(), W P = -u- (docs/theory, equation (7.3)), with W = Y^T Y from unit
 /// wrenches carried through the articulated tree (8.7), over robot and targets as separate trees: no mass matrix, no
 /// Jacobian, no singular values, no memory from the heap. plastic_impact() is the careful route: it decides the rank by
 /// singular values and says which components are determined. Where nothing is redundant both give the same numbers to
