@@ -257,7 +257,7 @@ class LaneDynamics {
   void refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& reference) const;
   void impose(S* y);
   void actuate(const S* y);
-  S beside_motor(int i) const {  // not zero where anything rubs or pulls
+  S beside_motor(int i) const {  // nonzero if friction or a spring acts
     return S((tables_.links[i].is_viscous ? drives_[i].viscous : S(0.0)) +
              (tables_.links[i].has_coulomb ? drives_[i].coulomb : S(0.0)) +
              (tables_.links[i].has_spring ? drives_[i].stiffness : S(0.0)));

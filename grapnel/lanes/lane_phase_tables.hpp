@@ -28,10 +28,10 @@ struct LinkTable {
   bool is_viscous;
   bool has_coulomb;
   bool has_spring;
-  bool has_damper;    // beside it
-  bool is_massless;   // what lies between two joints of one place
-  bool is_grounded;   // has a damper parallel to the spring
-  bool is_cycloidal;  // between two coincident joints
+  bool has_damper;    // has a damper parallel to the spring
+  bool is_massless;   // between two coincident joints
+  bool is_grounded;   // a fixed root, or one held at its pose
+  bool is_cycloidal;  // some piece of its trajectory is cycloidal
   int q;
   int v;
   double sign;
