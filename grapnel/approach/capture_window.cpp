@@ -27,7 +27,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kRefined = 1e-3;  // of the step: how well the chosen time is found
 constexpr int kFewStarts = 4;      // of a first try where the time before has no plan
 // What planning says where nothing but the search itself stands in the way (explain_failure); then others may find it.
-constexpr std::string_view kUnexplained = "every arm by itself reaches its point";
+constexpr std::string_view kUnexplained = "each arm alone reaches its grasp point";
 constexpr int kBetweenTries = 8;  // times without a plan, from one such try to the next
 
 // Where a servicer is that only its own joints move: its centre of mass on its way, or the base that stands still; and
@@ -248,9 +248,8 @@ class WindowSearch {
       const bool asked_for = seen_.approach->straight_in || grasp.orientation != GraspSetup::Orientation::free;
       if (asked_for && angle > 0.5 * std::numbers::pi && point.reason.empty()) {
         point.reason = fmt::format(
-            "the approach direction of grasp point '{}' of '{}' leads towards the servicer: it is {:.3g} deg off the "
-            "way "
-            "from the arm's first joint to the point",
+            "the approach direction of grasp point '{}' of '{}' points towards the servicer: it is {:.3g} deg off the "
+            "line from the arm's first joint to the grasp point",
             goal.point, goal.target, angle * 180 / std::numbers::pi);
       }
       if (!(angle <= point.direction_angle)) point.direction_angle = angle;
@@ -259,19 +258,18 @@ class WindowSearch {
   }
 
   const char* origin_name() const {
-    return servicer_.floats() ? "servicer's centre of mass" : "place where the base carries the arm";
+    return servicer_.floats() ? "servicer's centre of mass" : "point at which the base carries the arm";
   }
 
   static double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
   void plan(WindowPoint& point) {
     if (evaluations_ >= most_) {
-      throw std::runtime_error(fmt::format(
-          "looking for the time of capture: given up after {} evaluations of the servicer's motion, at t = {:.6g} s of "
-          "a "
-          "window from {:.6g} to {:.6g} s; a longer approach.window.step or fewer approach.plan.starts take less, and "
-          "approach.plan.max_evaluations allows more",
-          evaluations_, point.time, window_.earliest, window_.latest));
+      throw std::runtime_error(
+          fmt::format("choosing the capture time: evaluation limit reached after {} evaluations of the servicer's "
+                      "motion, at t = {:.6g} s of a window from {:.6g} to {:.6g} s; increase approach.window.step, "
+                      "reduce approach.plan.starts, or increase approach.plan.max_evaluations",
+                      evaluations_, point.time, window_.earliest, window_.latest));
     }
     ApproachPlan plan = first_try(point.time);
     if (plan.failure.empty() && !is_whole_try_) plan = plan_at(point.time, *problem_.approach->plan);
@@ -393,11 +391,11 @@ class WindowSearch {
     std::string text =
         fmt::format("no capture can be planned between t = {:.6g} and {:.6g} s", window_.earliest, window_.latest);
     if (report_.not_before) {
-      text += fmt::format("; by distance none can be reached before t = {:.6g} s{}", *report_.not_before,
-                          *report_.not_before >= 10 * window_.latest ? ", which is as far as was looked" : "");
+      text += fmt::format("; the distance rules out any capture before t = {:.6g} s{}", *report_.not_before,
+                          *report_.not_before >= 10 * window_.latest ? ", the latest time checked" : "");
     }
     const WindowPoint& at = nearest();
-    return text + fmt::format("; at t = {:.6g} s, which comes nearest: {}", at.time, at.reason);
+    return text + fmt::format("; at t = {:.6g} s, the closest attempt: {}", at.time, at.reason);
   }
 
   CaptureProblem problem_;  // as it stands

@@ -79,10 +79,10 @@ std::string in_words(const std::vector<GoalGap>& gaps) {
   const auto say = [&](const Vector3d& v, const char* what) {
     if (norm(v) > kWorthSaying) missed.push_back(fmt::format("{:.2g} {}", norm(v), what));
   };
-  say(most.position, "m from their points");
-  say(most.turn, "rad from the orientation asked for");
-  say(most.velocity, "m/s from the relative velocity asked for");
-  say(most.spin, "rad/s from the relative angular velocity asked for");
+  say(most.position, "m from their grasp points");
+  say(most.turn, "rad from the demanded orientation");
+  say(most.velocity, "m/s from the demanded relative velocity");
+  say(most.spin, "rad/s from the demanded relative angular velocity");
   return fmt::format("{}", fmt::join(missed, ", "));
 }
 
@@ -259,10 +259,12 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
 void ApproachPlanner::warn_of_flown_miss(const Flown& flown) {
   const std::string missed = in_words(flown.gaps);
   if (missed.empty()) return;
-  plan_.warnings.push_back(fmt::format(
-      "approach: straight_in, flown under {}, leaves the end-effectors up to {}, no less: {}", disturbances(), missed,
-      flown.beside > kWorthSaying ? "the plan changes what acts by more than corrections make up for"
-                                  : "the joints cannot give more"));
+  plan_.warnings.push_back(
+      fmt::format("approach: straight_in, simulated under {}, leaves the end-effectors up to {}, and corrections do "
+                  "not reduce this: {}",
+                  disturbances(), missed,
+                  flown.beside > kWorthSaying ? "each correction changes the loads by more than it compensates"
+                                              : "the joints cannot produce the required motion"));
 }
 
 void ApproachPlanner::come_in_bending(StraightInProblem& in) {
@@ -278,10 +280,10 @@ void ApproachPlanner::come_in_bending(StraightInProblem& in) {
   const auto correct = [&](const Gaps& gaps) { shift_goals(gaps, in); };
   const std::string missed = in_words(correct_by_flights({plan, fly_it, correct}, kMost).gaps);
   plan_.warnings.push_back(fmt::format(
-      "approach: straight_in brings the end-effectors of the robot that bends to {} in the end; it is planned for the "
-      "one that does not bend, from whose way they differ by what bends{}",
-      missed.empty() ? "where they are to be, moving as they are to" : "up to " + missed,
-      plan_.report.way ? "; so are limits and what else is asked of the way, which the run watches" : ""));
+      "approach: straight_in brings the end-effectors of the flexible robot to {} at its end; it is planned for a "
+      "rigid robot, and the path of the end-effectors differs by the deflection{}",
+      missed.empty() ? "the demanded poses and velocities" : "up to " + missed,
+      plan_.report.way ? "; the same holds for joint limits and other path constraints, which the run checks" : ""));
 }
 
 std::vector<Goal> ApproachPlanner::final_goals(const StraightInProblem& in) const {

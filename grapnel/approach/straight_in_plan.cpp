@@ -200,13 +200,13 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
   plan_.report.found = false;
   const bool is_free = best.piece.self_motions > 0;
   throw Unplannable(fmt::format(
-      "planning the approach, straight in: the end-effectors arrive, but no motion of the joints was found that keeps "
-      "what approach.plan asks for on the piece of way from t = {:.4g} s on; from the nearest of {} configurations at "
-      "the stand-off {}{}; {}",
+      "planning the approach, straight in: the end-effectors arrive, but no joint motion was found that satisfies the "
+      "path constraints of approach.plan from t = {:.4g} s on; from the best of {} configurations at the stand-off "
+      "{}{}; {}",
       in.begin, tried, best.piece.trouble,
       is_free ? ""
-              : ", and the joints have no freedom beside what the end-effectors are to do: as many rows are asked for "
-                "as there are joints that can move them",
+              : ", and the joints have no self-motion: the end-effectors' motion imposes as many conditions as there "
+                "are joints that move them",
       is_free ? "a longer straight_in.duration, a shorter stand_off or another guess may help"
               : "orientation: axis or free, roll: free, a longer straight_in.duration, a shorter stand_off or another "
                 "guess may help"));
@@ -221,26 +221,25 @@ void ApproachPlanner::require_arrival(const StraightInPath& path) {
     const double distance = norm(path.gaps[i].position), angle = norm(path.gaps[i].turn);
     largest = std::max({largest, distance, angle});
     if (distance <= kMissed && angle <= kMissed) continue;
-    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
-                        plan_.report.miss[i].end_effector, distance, angle);
+    text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its grasp point",
+                        text.empty() ? "" : "; ", plan_.report.miss[i].end_effector, distance, angle);
   }
   if (text.empty()) {
     if (largest > 1e-9) {
-      plan_.warnings.push_back(
-          fmt::format("approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+      plan_.warnings.push_back(fmt::format(
+          "approach: straight in, the final errors of the end-effectors are up to {:.3g} m or rad", largest));
     }
     return;
   }
   plan_.report.found = false;
   throw Unplannable(fmt::format(
       "planning the approach, straight in: {}: {}", text,
-      path.damped
-          ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
-                        "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
-                        "(initial.joints, plan.guess) may help",
-                        path.damped_begin)
-          : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
-                        "approach_direction may help")));
+      path.damped ? fmt::format("its arm reaches a singularity of the generalized Jacobian at t = {:.4g} s (for "
+                                "example, fully extended) and cannot move beyond it; a shorter stand_off or another "
+                                "initial configuration of the arm (initial.joints, plan.guess) may help",
+                                path.damped_begin)
+                  : std::string("its joints cannot produce the demanded motion; a longer duration, orientation: free "
+                                "or another approach_direction may help")));
 }
 
 void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
@@ -265,8 +264,8 @@ void ApproachPlanner::take_straight_in(const StraightInProblem& in, const Straig
                     path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
   } else if (path.unmet > 1e-9) {
     plan_.warnings.push_back(
-        fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
-                    "is left unmet, at t = {:.4g} s",
+        fmt::format("approach: straight in, the joints cannot produce the demanded motion; up to {:.3g} (m/s or rad/s) "
+                    "is unmet, at t = {:.4g} s",
                     path.unmet, path.unmet_time));
   }
 }

@@ -72,8 +72,8 @@ std::string exchange_of_grasps(FloatingBase& base, const ReachProblem& problem, 
                             g.target);
     }
     return fmt::format(
-        "the grasps are exchanged between end-effectors: with {} every end-effector reaches its point, with the stated "
-        "grasps not; exchange them in grasps",
+        "the grasps are exchanged between end-effectors: with {} every end-effector reaches its grasp point, with the "
+        "stated grasps not; exchange them in grasps",
         places);
   }
   return {};

@@ -17,7 +17,7 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
     joint_link_.push_back(link);
   }
   if (count == 0 || joint_link_.size() + 1 != count) {
-    throw std::invalid_argument("FloatingBase: every link but the root needs a joint of one degree of freedom");
+    throw std::invalid_argument("FloatingBase: every link except the root needs a joint with one degree of freedom");
   }
   q_.assign(model.coordinates(), 0.0);
   V_.resize(count), h_.resize(count), dh_.resize(joint_link_.size());

@@ -44,7 +44,7 @@ void JointEfforts::differentiate(std::span<const double> position, std::span<con
                                  std::span<const double> weights, Gradient& gradient) {
   const Model& model = base_.model();
   if (!model.rotors().empty())
-    throw std::invalid_argument("JointEfforts: derivatives of joints whose rotors have axes of their own");
+    throw std::invalid_argument("JointEfforts: derivatives are not available for rotors with stated axes");
   const std::vector<TreeLink<double>>& tree = model.tree().links;
   base_.place(position);
   const PlacedLinks& links = base_.placed();

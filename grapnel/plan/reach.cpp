@@ -203,9 +203,8 @@ class Search {
       result_.found = false;
       take(best);
       result_.failure =
-          "the end-effectors come within half their envelopes and no nearer: nothing is kept on the way to such an "
-          "end, "
-          "nor made least; leave out what approach.plan keeps";
+          "the end-effectors reach their goals only to within half their envelopes; path constraints and objectives of "
+          "the path are not supported for such a goal: remove the path constraints from approach.plan";
     } else if (asks_of_way(problem_)) {
       keep(std::move(best), origin);
     } else {
@@ -351,8 +350,9 @@ class Search {
     result_.found = false;
     take(known ? *nearest->shot : best);
     result_.failure = fmt::format(
-        "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
-        "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
+        "the end-effectors arrive, but no trajectory with up to {} knots was found that satisfies the path constraints "
+        "of approach.plan: in the closest attempt {}; more knots, a longer segment, waypoints or another guess may "
+        "help",
         knots, known ? nearest->trouble : "the motion is not resolved");
     // take() knows nothing of splines.
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();

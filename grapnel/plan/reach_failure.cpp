@@ -210,7 +210,7 @@ std::string quoted_list(const std::vector<std::string>& names) {
 std::string who_and_where(std::span<const Goal> goals) {
   std::vector<std::string> names, points;
   for (const Goal& g : goals) names.push_back(g.name), points.push_back(g.point);
-  return fmt::format("end-effectors {} cannot be at grasp points {} of target '{}' at once", quoted_list(names),
+  return fmt::format("end-effectors {} cannot reach grasp points {} of target '{}' simultaneously", quoted_list(names),
                      quoted_list(points), goals[0].target);
 }
 
@@ -238,9 +238,8 @@ std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals,
   const double wanted = norm(goals[1].X_WG.p - goals[0].X_WG.p);
   const double given = norm(base.frame_pose(goals[1].frame).p - base.frame_pose(goals[0].frame).p);
   return fmt::format(
-      "{}, wherever the base is: these are {:.4g} m apart, the end-effectors come {} {:.4g} m {}; a gap of {:.4g} m "
-      "remains "
-      "between '{}' and '{}' when '{}' is at '{}'",
+      "{} for any base pose: the grasp points are {:.4g} m apart, the end-effectors come {} {:.4g} m {}; a gap of "
+      "{:.4g} m remains between '{}' and '{}' when '{}' is at '{}'",
       who_and_where(goals), wanted, given < wanted ? "at most" : "no nearer than", given,
       given < wanted ? "apart" : "to each other", (closest.error.segment<3>(3) - closest.error.head<3>()).norm(),
       goals[1].name, goals[1].point, goals[0].name, goals[0].point);
@@ -254,7 +253,7 @@ std::string why_not_together(FloatingBase& base, const ReachProblem& problem, co
   const ClosestTogether by_distance = closest_together(base, problem, places, theta);
   if (by_distance.error.norm() > kFits) {
     if (goals.size() == 2) return too_far_or_too_near(base, places, by_distance);
-    return fmt::format("{}, wherever the base is, though any two of them can: the closest attempt leaves {}",
+    return fmt::format("{} for any base pose, although each pair of them can: the closest attempt leaves {}",
                        who_and_where(places), remaining(places, by_distance.error));
   }
   const bool oriented =
@@ -263,7 +262,7 @@ std::string why_not_together(FloatingBase& base, const ReachProblem& problem, co
   const ClosestTogether closest = closest_together(base, problem, goals, by_distance.theta);
   if (closest.error.norm() <= kFits) return {};
   return fmt::format(
-      "{} with the orientations asked for, wherever the base is: without these they can, with them the closest attempt "
+      "{} with the demanded orientations for any base pose; without these they can, with them the closest attempt "
       "leaves {}",
       who_and_where(goals), remaining(goals, closest.error));
 }
@@ -332,8 +331,8 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
   const double distance = norm(goal.X_WG.p - X_WB * X_BF.p);
   if (distance <= reach.length * (1 + 1e-12)) return {};
   return fmt::format(
-      "the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long; base and target "
-      "must be {:.4g} m nearer to each other when it closes",
+      "the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long; base and target must be "
+      "{:.4g} m closer to each other at the capture",
       distance, model.bodies()[reach.first_body].description.joint.name, reach.length, distance - reach.length);
 }
 
@@ -402,22 +401,22 @@ std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const
     shared +=
         fmt::format("{}'{}'", shared.empty() ? "" : ", ", model.bodies()[model.joints()[j]].description.joint.name);
   }
-  return fmt::format("alone it would arrive, but {} would not: they hang on the same joints ({})", others, shared);
+  return fmt::format("it could arrive alone, but then {} could not: they share joints ({})", others, shared);
 }
 
 // What keeps goal `i` of arm `a` from its place.
 std::string cause(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
                   std::size_t i) {
   const Arm& arm = settled.arms[a];
-  if (arm.joints.empty()) return "no joint moves it against the base";
+  if (arm.joints.empty()) return "no joint moves it relative to the base";
   if (std::string text = beyond_reach(base, settled.X_WB, arm.goals[i]); !text.empty()) return text;
   if (std::string text = in_others_way(base, problem, settled, a, i); !text.empty()) return text;
   const Eigen::VectorXd gradient = settled.nearest[a].J.transpose() * settled.nearest[a].error;
   if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty())
     return text + "; wider limits, another grasp point or other initial joints may help";
-  return "no joint moves it nearer: the arm is stretched out or folded there, or its joints do not give the direction "
-         "or orientation asked for (its Jacobian is singular); another grasp point, another way to come in "
-         "(approach_direction, approach_axis), orientation: free, or a base that is placed otherwise may help";
+  return "no joint moves it closer: the arm is fully extended or folded, or its joints cannot produce the demanded "
+         "direction or orientation (its Jacobian is singular); another grasp point, another approach direction "
+         "(approach_direction, approach_axis), orientation: free, or another base pose may help";
 }
 
 }  // namespace
@@ -470,8 +469,8 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
   failure.text = fmt::format(
-      "every arm by itself reaches its point, but none of the {} initial guess{} tried led to a motion "
-      "that brings all there with the demanded final motion",
+      "each arm alone reaches its grasp point, but none of the {} initial guess{} tried led to a motion that brings "
+      "all end-effectors there with the demanded final motion",
       tried, tried == 1 ? "" : "es");
   if (closest.valid) {
     failure.miss = misses(problem.goals, closest.error);

@@ -231,7 +231,7 @@ class StraightSearch {
     StraightWay way;
     if (!is_finite(nodes)) {
       way.violation = -kNothing;
-      way.trouble = "joints move beyond all bounds near a singularity";
+      way.trouble = "joint motion diverges near a singularity";
       return way;
     }
     way.violation = kNothing;

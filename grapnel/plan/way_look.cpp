@@ -82,7 +82,7 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
   const auto j = static_cast<std::size_t>(f.at.index);
   switch (f.at.kept) {
     case Kept::position:
-      return fmt::format("joint '{}' goes {:.3g} (rad or m) beyond its {} limit of {:.4g} at t = {:.4g} s", joint(),
+      return fmt::format("joint '{}' moves {:.3g} (rad or m) beyond its {} limit of {:.4g} at t = {:.4g} s", joint(),
                          f.value, f.at.sign > 0 ? "upper" : "lower",
                          f.at.sign > 0 ? problem_.upper[j] : problem_.lower[j], w.time);
     case Kept::rate:
@@ -92,10 +92,10 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
       return fmt::format("joint '{}' exceeds its effort limit of {:.4g} by {:.3g} % at t = {:.4g} s", joint(),
                          setup_.effort_limit[j], 100 * f.value, w.time);
     case Kept::base_turn:
-      return fmt::format("the base turns {:.4g} rad from its initial attitude at t = {:.4g} s, {:.4g} is allowed",
+      return fmt::format("the base rotates {:.4g} rad from its initial attitude at t = {:.4g} s, the limit is {:.4g}",
                          setup_.base_turn + f.value, w.time, setup_.base_turn);
     case Kept::wheel:
-      return fmt::format("wheel '{}' holds {:.4g} of the momentum that it can hold at t = {:.4g} s, {:.4g} is allowed",
+      return fmt::format("wheel '{}' holds {:.4g} of its momentum capacity at t = {:.4g} s, the limit is {:.4g}",
                          setup_.wheels->wheels[static_cast<std::size_t>(f.at.index)].name, setup_.wheel_share + f.value,
                          w.time, setup_.wheel_share);
     case Kept::clearance:
@@ -103,7 +103,7 @@ std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) co
   }
   const ClearancePair& pair = setup_.bodies->model.pairs()[static_cast<std::size_t>(f.at.index)];
   const double d = *setup_.clearance - f.value;
-  return fmt::format("'{}' and '{}' {} at t = {:.4g} s, {:.4g} m is to be kept", setup_.bodies->names[pair.body_a],
+  return fmt::format("'{}' and '{}' {} at t = {:.4g} s, the minimum is {:.4g} m", setup_.bodies->names[pair.body_a],
                      setup_.bodies->names[pair.body_b],
                      d < 0 ? fmt::format("overlap by {:.4g} m", -d) : fmt::format("come within {:.4g} m", d), w.time,
                      *setup_.clearance);
