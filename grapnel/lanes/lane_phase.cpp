@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kWidest = 8;
 
-// What the stepper asks for and hands back, as the caller's cases and outcomes.
+// Connects the stepper's callbacks to the caller's cases and outcomes.
 class Exchange {
  public:
   Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
@@ -135,7 +135,7 @@ class Exchange {
     return true;
   }
 
-  // Never more on their way than there is room for, and as many as act.
+  // At most as many delayed commands as there is room for, and valid active ones.
   bool commands_fit(const LaneCase& c) const {
     const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
     if (numbers == 0 || structure_.control.by_case) {
@@ -166,10 +166,10 @@ class Exchange {
   std::vector<double> numbers_;  // of the integrals
   LaneView view_, end_of_step_;
   LaneTurn turn_;
-  std::exception_ptr errors_[kWidest];  // that broke off the lane's case
+  std::exception_ptr errors_[kWidest];  // exceptions that broke off the lane's case
 };
 
-// Which links hang together.
+// The trees of the links.
 struct Trees {
   explicit Trees(const std::vector<LinkTable>& links) {
     for (const LinkTable& link : links) {

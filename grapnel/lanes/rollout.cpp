@@ -101,8 +101,8 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
                    nullptr};
   std::stop_token asked = stop;
   if (stop.stop_possible()) all.stop = is_stopped, all.context = &asked;
-  // Threads take packs as they come. Of short cases several at once, so that they do not queue for their next.
-  constexpr std::int64_t kWorthAThread = 64;  // steps of a pack
+  // Threads take packs as they become free; several at a time for short cases, to reduce contention.
+  constexpr std::int64_t kWorthAThread = 64;  // steps of a pack per batch
   const std::int64_t per_case = std::max<std::int64_t>(1, data.steps * tables_.substeps);
   const std::int64_t packs = (data.cases + width_ - 1) / width_;
   const std::int64_t at_once = std::clamp<std::int64_t>(kWorthAThread / per_case, 1, std::max<std::int64_t>(1, packs));
@@ -131,7 +131,7 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
     try {
       for (std::int64_t i = 1; i < count; ++i) others.emplace_back(work);
     } catch (const std::system_error&) {
-      // The system gives no more threads: those that there are do it.
+      // The system provides no more threads; the existing ones do the work.
     }
     work();
   }
