@@ -113,7 +113,7 @@ void ApproachPlanner::advance(double end, const std::vector<double>& position, c
   start.knots = knots;
   PathSegment segment(base_, start, motion_);
   SegmentEnd at_end;
-  // Where the base then is matters to what follows, and as a check.
+  // The base pose at this time is needed by later segments and as a check.
   if (end < approach_.duration || detail_ == CaptureDetail::full) {
     at_end = segment.fly(position, rate, false, SegmentAccuracy::full, coefficients);
     if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
@@ -171,7 +171,7 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
 
 void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (!reach.way.clearance) return;
-  constexpr double kRounding = 1e-6;  // [m]; plans keep the clearance to it
+  constexpr double kRounding = 1e-6;  // [m]; plans satisfy the clearance to this tolerance
   constexpr std::size_t kNamed = 3;   // pairs
   PlacedLinks links;
   base_.place(position_, links);
@@ -186,7 +186,7 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (found.empty()) return;
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
   const WayBodies& bodies = *reach.way.bodies;
-  std::set<std::pair<int, int>> seen;  // bodies, which may have several shapes
+  std::set<std::pair<int, int>> seen;  // bodies may have several shapes
   std::erase_if(found, [&](const WayLook::Found& f) {
     const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
     return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
@@ -232,7 +232,7 @@ void ApproachPlanner::set_wheels(WaySetup& way) {
   const Vector3d u = FloatingBase::momentum_of_rates(links, rate_);
   for (std::size_t i = 0; i < way.wheels->wheels.size(); ++i) {
     const double share = std::abs(way.wheels->share(i, time_, u));
-    constexpr double kRounding = 1e-6;  // plans keep to it
+    constexpr double kRounding = 1e-6;  // tolerance of plans
     if (share <= way.wheel_share + kRounding) continue;
     const std::string what = fmt::format(
         "wheel '{}' needs {:.6g} of its momentum capacity to hold the base's attitude at the segment's begin, t = "
@@ -241,8 +241,8 @@ void ApproachPlanner::set_wheels(WaySetup& way) {
     if (begin_ == 0) {
       throw Unplannable("planning the approach: " + what + ", and no joint motion can change that");
     }
-    // The rest of an approach goes on from what the controlled base has come to, and from there hardly a way leads
-    // that takes no more at all.
+    // A replanned approach continues from the state of the controlled base. There is rarely a feasible trajectory
+    // without any further increase of the momentum.
     constexpr double kRoom = 1.01;
     way.wheel_share = kRoom * share;
     plan_.warnings.push_back(
@@ -274,7 +274,7 @@ void ApproachPlanner::refuse_unreachable(const ReachProblem& reach, const ReachS
   constexpr double kMissed = 1e-5;  // [m]
   const bool misses =
       std::any_of(solution.miss.begin(), solution.miss.end(), [](const GoalMiss& m) { return m.distance > kMissed; });
-  const std::string base = misses ? explain_base(reach) : "";  // before the report takes the joints elsewhere
+  const std::string base = misses ? explain_base(reach) : "";  // before the report changes the joint values
   report(reach, solution);
   throw Unplannable(fmt::format("planning the approach{}: {}{}", what, solution.failure, base));
 }
@@ -353,7 +353,7 @@ TargetMotion ApproachPlanner::target_at(std::size_t target, double time) const {
 }
 
 std::function<void(double)> ApproachPlanner::each_step() const {
-  constexpr long kOfOneStep = 12;  // of the method of order 8
+  constexpr long kOfOneStep = 12;  // evaluations per step of the method of order 8
   return [this](double) { watch_.count(kOfOneStep); };
 }
 

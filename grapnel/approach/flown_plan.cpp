@@ -1,4 +1,4 @@
-/// What the momentum integral does not know: flights with everything that acts, and plans that they correct.
+/// Corrections of plans by forward simulation with all loads, for effects outside the momentum integral.
 
 #include <fmt/format.h>
 
@@ -86,7 +86,7 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
   watch.each_step = each_step();
   IntegrationSetup integration = problem_.integration;
   if (watch.probe) {
-    // Between its ends a long step is known to order 7 only.
+    // Inside a long step the state is known to order 7 only.
     constexpr double kSteps = 400;
     const double most = (end - begin_) / kSteps;
     integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
@@ -127,7 +127,7 @@ std::string ApproachPlanner::explain_base(const ReachProblem& reach) {
   try {
     d = drift(reach);
   } catch (const std::runtime_error&) {
-    return by_momentum;  // the flight failed: nothing is known of it
+    return by_momentum;  // the simulation failed: no result
   }
   if (!d || (d->distance() < kWorthMention && d->turn() < kWorthMention)) return by_momentum;
   const Vector3d moved = d->X_WB.p - d->X_WB_free.p;
@@ -197,7 +197,7 @@ FlownEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::ve
   result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
   if (reach.demand == RateDemand::given) return result;
   const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
-  // A base that is to keep its attitude turns by what its control lags.
+  // An attitude-controlled base rotates by the lag of its control.
   const DemandedRates demanded =
       demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), goals, reach.demand, turn_beside(end));
   for (std::size_t j = 0; j < rate.size(); ++j) {
@@ -246,7 +246,7 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
 
 std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
                                                      const std::vector<double>& undisturbed) {
-  // Where the end-effectors come to be is given: their error is no matter.
+  // The final poses are given; their error is not considered.
   const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
     FlownEnd end = disturbed_end(reach, p, r, {});
     end.error.setZero();

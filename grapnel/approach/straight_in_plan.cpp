@@ -1,4 +1,5 @@
-/// The last piece straight in: to the stand-off, and along the approach direction in the tumbling target's frame.
+/// The final straight approach: planning to the stand-off, then along the approach direction in the tumbling target's
+/// frame.
 
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@
 namespace grapnel {
 namespace {
 
-// Of two parts of a way.
+// Combines the figures of two parts of a path.
 WayFigures both(const WayFigures& a, const WayFigures& b) {
   WayFigures f = a;
   f.position_margin = std::min(a.position_margin, b.position_margin);
@@ -26,7 +27,7 @@ WayFigures both(const WayFigures& a, const WayFigures& b) {
   return f;
 }
 
-// Root mean square over the piece, of all joints together: the terms are orthonormal.
+// Root mean square over the segment, of all joints together: the terms are orthonormal.
 double norm_of(const SelfMotion& z) {
   return std::sqrt(std::inner_product(z.coefficients.begin(), z.coefficients.end(), z.coefficients.begin(), 0.0));
 }
@@ -79,7 +80,7 @@ std::vector<GoalGap> ApproachPlanner::come_in(StraightInProblem& in, const std::
   const ReachSolution s = plan_stand_off(in, guess).solution;
   advance(in.begin, s.position, s.rate, s.knots, s.coefficients);
   in.position = position_, in.X_WB = X_WB_;
-  in.rate_begin = s.rate;  // to the last digit: rates must not jump where the pieces meet
+  in.rate_begin = s.rate;  // exactly, so that rates are continuous between segments
   StraightInPath path = plan_straight_in(base_, in);
   take_straight_in(in, path);
   return std::move(path.gaps);
@@ -101,17 +102,17 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
   const std::vector<double> chosen = solution.position;
   const long before = plan_.report.rhs_evaluations;
   const auto much = [&] {
-    constexpr long kMuch = 550'000;  // evaluations times joints: well half a second
+    constexpr long kMuch = 550'000;  // evaluations times joints: more than half a second
     return (plan_.report.rhs_evaluations - before) * base_.joints() > kMuch;
   };
   StandOff best = try_stand_off(in, reach, std::move(solution));
   std::optional<StandOff> now = best;
-  // More take pieces that pass a singularity, of which the first is enough.
+  // Segments through a singularity take more steps; one such result is sufficient.
   constexpr long kFewSteps = 2000;
   in.most_steps = std::min<std::int64_t>(in.most_steps, kFewSteps);
   std::mt19937_64 generator(reach.seed);
   for (int i = 0; !best.piece.kept; ++i) {
-    // The piece itself says where it would begin.
+    // The straight approach proposes its initial state.
     constexpr int kNearer = 3;
     constexpr double kNoNearer = 0.9;
     for (int k = 0; now && !now->piece.kept && k < kNearer && !(i >= kEnough && much()); ++k) {
@@ -122,14 +123,14 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
       if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
       if (now->piece.violation > kNoNearer * violation) break;
     }
-    // Far from it after so many, or after so much work, it is taken for impossible.
+    // If the violation is still large after this number of attempts or amount of work, the search ends.
     constexpr double kFar = 0.1;
     const bool far = best.piece.violation > kFar;
     if (best.piece.kept || i == kElsewhere || (far && elsewhere >= kEnoughFar) || (i >= kEnough && much())) break;
-    // Elsewhere: the arms that grasp folded otherwise, the farther the more it has been tried.
+    // Other configurations: random changes of the grasping arms, larger with every attempt.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
-      constexpr double kFarther = 0.5;  // each time [rad or m]
+      constexpr double kFarther = 0.5;  // increment per attempt [rad or m]
       const double shift = kFarther * (i + 1) * random_number(generator);
       const bool grasps = std::any_of(reach.goals.begin(), reach.goals.end(),
                                       [&](const Goal& g) { return base_.carries(static_cast<int>(j), g.frame); });
@@ -140,7 +141,7 @@ ApproachPlanner::StandOff ApproachPlanner::keep_on_the_way(StraightInProblem in,
     ++tried, ++elsewhere;
     if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
   }
-  // One that keeps its limits, but passes a singularity, is better than none: it comes with a warning.
+  // A segment within its limits that passes a singularity is accepted, with a warning.
   if (!best.piece.kept && !best.piece.trouble.empty()) refuse_straight_in(in, reach, best, tried);
   if (tried > 1) take_objective(reach, best.solution);
   best.solution.way = both(best.solution.way.value_or(WayFigures{}), best.piece.figures);
@@ -175,7 +176,7 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(Straigh
     if (!solution.found || solution.approximate) return std::nullopt;
     return try_stand_off(in, reach, std::move(solution));
   };
-  // The way there costs most: it is planned where the piece that follows is kept.
+  // The path to the stand-off is the most expensive part; it is planned once the straight approach is feasible.
   near.way = {};
   const std::optional<StandOff> bare = plan(guess);
   if (!bare || !bare->piece.trouble.empty()) return bare;
@@ -213,7 +214,7 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
 }
 
 void ApproachPlanner::require_arrival(const StraightInPath& path) {
-  constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+  constexpr double kMissed = 1e-3;  // [m and rad]; a smaller error gives a warning
   report_gaps(path.gaps);
   double largest = 0;
   std::string text;

@@ -136,8 +136,8 @@ void FloatingBase::frame_twist_per_angle(int frame, Matrix6Xd& D) const {
   const Vector3d p = frame_pose(frame).p;
   D.resize(6, joints());
   for (int j = 0; j < joints(); ++j) D.col(j) = column(shift(twist_from(per_angle_.col(j)), p));
-  // What a joint carries turns with its axis: the part of the twist that stems from it and those beyond, and the
-  // frame's origin.
+  // The subtree of a joint rotates with its axis: so do the part of the twist due to this joint and those beyond, and
+  // the frame's origin.
   for (int i = link; i > 0; i = links[i].parent) {
     const Twistd& S = placed_.axis[i];
     const auto turned = cross_motion(S, V_[link] - V_[links[i].parent]);

@@ -51,7 +51,7 @@ void JointEfforts::differentiate(std::span<const double> position, std::span<con
   base_.move(weights, Momentumd::zero());
   const Vector6d U_0 = base_.base_twist();
   const Matrix6Xd U_per_angle = base_.per_angle();
-  base_.move(rate, h_B);  // whose derivatives are used in the end
+  base_.move(rate, h_B);  // its derivatives are used at the end
 
   sweep_.resize(tree.size());
   for (std::size_t i = 0; i < tree.size(); ++i) {

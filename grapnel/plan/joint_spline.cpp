@@ -22,7 +22,7 @@ void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   std::fill(values.begin(), values.end(), JointPoint{});
   if (knots_ == 0) return;
   const int span = std::min(static_cast<int>(x * (knots_ + 1)), knots_), first = span + kSplineDegree;
-  // B[d][i]: of degree d, those that do not vanish on the span, B_{first - d + i}.
+  // B[d][i]: the B-splines of degree d that do not vanish on the span, B_{first - d + i}.
   std::array<std::array<double, kSplineDegree + 1>, kSplineDegree + 1> B{};
   B[0][0] = 1;
   for (int d = 1; d <= kSplineDegree; ++d) {
@@ -56,7 +56,8 @@ std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span
   const double T = path.duration;
   const int knots = static_cast<int>(coefficients.size());
   if (knots == 0) return {{begin, begin + T, path}};
-  // Quartic and quintic are polynomials of degree 5; a cycloid is resolved to rounding by so many more.
+  // Quartic and quintic profiles are polynomials of degree 5; a cycloid is resolved to rounding error by the higher
+  // degree.
   const int degree = path.profile == JointProfile::cycloidal ? 24 : kSplineDegree;
   const JointSpline spline(knots);
   std::vector<JointPoint> N(coefficients.size());
