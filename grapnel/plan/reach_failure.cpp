@@ -21,7 +21,7 @@ struct StillArm {
   FloatingBase& base;
   const Posed& X_WB;
   const Arm& arm;
-  std::vector<double> theta;  // all joints
+  std::vector<double> theta;  // one value per joint
 
   Nearest at(const std::vector<double>& x) {
     for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
@@ -43,7 +43,7 @@ double half_square(const std::vector<double>& x, std::vector<double>& gradient, 
   return 0.5 * n.error.squaredNorm();
 }
 
-// The best of several initial guesses: where joints are, and random values.
+// The best result of several initial guesses: the present joint values, and random values.
 Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                         std::vector<double>& theta) {
   constexpr int kInitialGuesses = 12;
@@ -113,7 +113,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
 
 namespace {
 
-constexpr double kFits = 1e-6;  // a smaller gap is none [m and rad]
+constexpr double kFits = 1e-6;  // smaller gaps are zero [m and rad]
 constexpr int kInitialGuesses = 24;
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& w) {
@@ -122,7 +122,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& w) {
   return M;
 }
 
-// d of the rotation vector of R -> angular displacement in the turned frame: the right Jacobian of SO(3) (Chirikjian
+// Right Jacobian of SO(3): derivative of a rotation vector => angular displacement in the rotated frame (Chirikjian
 // 2012, 10.86).
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
   const double angle = w.norm();
@@ -132,7 +132,7 @@ Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
          (angle - std::sin(angle)) / (angle * angle * angle) * W * W;
 }
 
-// What NLopt's callback needs. Variables: joint values, then position and rotation vector of the base from X_WB0.
+// Data of NLopt's callback. Variables: joint values, then position and rotation vector of the base relative to X_WB0.
 struct FreeChain {
   FloatingBase& base;
   std::span<const Goal> goals;
@@ -196,7 +196,7 @@ ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std
   return result;
 }
 
-// --- Words ----------------------------------------------------------------------------------------------------------
+// --- Messages -------------------------------------------------------------------------------------------------------
 
 // "'a', 'b' and 'c'"
 std::string quoted_list(const std::vector<std::string>& names) {
@@ -230,9 +230,9 @@ std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error)
   return text;
 }
 
-// Two end-effectors whose distance from each other cannot be that of their points. Where the base is free, the sum of
-// squares is least with the gap shared equally and the rest of the chain in line; so the gap is the difference of the
-// distances.
+// Message for two end-effectors whose possible distances exclude that of their grasp points. With a free base, the sum
+// of squares is minimal with the gap shared equally and the rest of the chain aligned. The gap is therefore the
+// difference of the distances.
 std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals, const ClosestTogether& closest) {
   base.place(closest.theta);
   const double wanted = norm(goals[1].X_WG.p - goals[0].X_WG.p);
@@ -245,7 +245,7 @@ std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals,
       goals[1].name, goals[1].point, goals[0].name, goals[0].point);
 }
 
-// Nothing if the goals fit together.
+// Empty if the goals are compatible.
 std::string why_not_together(FloatingBase& base, const ReachProblem& problem, const std::vector<Goal>& goals,
                              const std::vector<double>& theta) {
   std::vector<Goal> places = goals;
@@ -323,7 +323,7 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
   const Model& model = base.model();
   const ArmReach reach = arm_reach(model, goal.frame);
   if (reach.first_body < 0 || !std::isfinite(reach.length)) return {};
-  // The first joint sits still in the base.
+  // The first joint is fixed in the base.
   Posed X_BF = Posed::identity();
   for (int b = reach.first_body; b >= 0 && model.bodies()[b].parent >= 0; b = model.bodies()[b].parent) {
     X_BF = model.bodies()[b].description.X_PF * X_BF;
@@ -338,9 +338,9 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
 
 namespace {
 
-constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
+constexpr double kBlamed = 1e-5;  // an arm with a smaller error does not cause the failure [m and rad]
 
-// Limits that the joints would have to pass to come nearer: the gradient pushes against them.
+// Active joint limits: the descent direction of the error points beyond them.
 std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Arm& arm,
                       const std::vector<double>& theta, const Eigen::VectorXd& gradient) {
   const Model& model = base.model();
@@ -364,7 +364,7 @@ std::size_t index_of(std::span<const Goal> goals, const Goal& goal) {
   return i;
 }
 
-// "0.2 m and 0.1 rad"; what is left of an iteration is zero.
+// "0.2 m and 0.1 rad"; iteration errors are shown as zero.
 std::string amount(const Goal& goal, const GoalMiss& miss) {
   const auto shown = [](double x) { return x < 1e-7 ? 0.0 : x; };
   std::string text = fmt::format("{:.4g} m", shown(miss.distance));
@@ -372,15 +372,15 @@ std::string amount(const Goal& goal, const GoalMiss& miss) {
   return text;
 }
 
-// " to grasp point 'left' of target 'sat'", where several goals share the target and the end-effector alone does not
-// say it.
+// " to grasp point 'left' of target 'sat'" if several goals share the target; otherwise the end-effector's name is
+// sufficient.
 std::string place_of(std::span<const Goal> goals, const Goal& goal, const char* preposition = "to") {
   const auto on_it = std::count_if(goals.begin(), goals.end(), [&](const Goal& g) { return g.target == goal.target; });
   if (goal.target.empty() || on_it < 2) return {};
   return fmt::format(" {} grasp point '{}' of target '{}'", preposition, goal.point, goal.target);
 }
 
-// Joints that move several goals of an arm, if goal `i` of arm `a` is reached as soon as the others are dropped.
+// Shared joints of an arm, if goal `i` of arm `a` is reachable without the arm's other goals.
 std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
                           std::size_t i) {
   const Arm& arm = settled.arms[a];
@@ -404,7 +404,7 @@ std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const
   return fmt::format("it could arrive alone, but then {} could not: they share joints ({})", others, shared);
 }
 
-// What keeps goal `i` of arm `a` from its place.
+// Cause of the error of goal `i` of arm `a`.
 std::string cause(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
                   std::size_t i) {
   const Arm& arm = settled.arms[a];

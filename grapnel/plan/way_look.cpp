@@ -12,7 +12,7 @@ namespace grapnel {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kDifference = 1e-6;  // of what efforts depend on
+constexpr double kDifference = 1e-6;  // increment of finite differences of efforts
 
 }  // namespace
 
@@ -117,7 +117,7 @@ bool WayLook::looks_at_efforts() const {
 void WayLook::evaluate_efforts(const std::vector<double>& position, const std::vector<double>& rate,
                                const std::vector<double>& acceleration, const Posed& X_WB, double time,
                                std::span<double> effort) {
-  // The base is where momentum and the centre of mass have it: only its attitude is its own.
+  // Momentum and the centre of mass determine the base's position; its attitude is independent.
   base_.place(position);
   const Posed X{X_WB.R, base_.floats() ? problem_.motion.com_at(time) - X_WB.R * base_.com() : X_WB.p};
   efforts_.evaluate(position, rate, acceleration, X, problem_.motion.in_base(time, X), effort);
@@ -185,7 +185,7 @@ double WayLook::effort_violation(const Instant& at, const PathSegment::WayPoint&
 void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                                 const Eigen::VectorXd& weights, PerMotion& d) {
   if (base_.model().rotors().empty()) {
-    // Linear momentum moves all alike, which takes no effort; without it h_B does not change with the joints.
+    // Linear momentum requires no effort; without it h_B is independent of the joints.
     const Momentumd h_B{transposed_times(w.X_WB.R, problem_.motion.h.angular), Vector3d::zero()};
     efforts_.differentiate(w.position, w.rate, w.acceleration, w.X_WB, h_B,
                            {weights.data(), static_cast<std::size_t>(n_)}, effort_change_);
@@ -194,7 +194,7 @@ void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vecto
     d.turn += Eigen::Vector3d(g.turn[0], g.turn[1], g.turn[2]);
     return;
   }
-  // Rotors with axes of their own: by differences.
+  // Rotors with stated axes: finite differences.
   std::vector<double> other(static_cast<std::size_t>(n_));
   const auto change = [&](const std::vector<double>& position, const std::vector<double>& rate,
                           const std::vector<double>& acceleration, const Posed& X) {
