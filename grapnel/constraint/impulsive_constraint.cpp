@@ -5,8 +5,8 @@
 namespace grapnel {
 
 namespace {
-// Singular values below this fraction of the largest are redundant rows, as for LoopSolver, whose pivots are their
-// squares: rounding leaves some 1e-15 there, and true constraints of extreme mass ratios (the squares) still count.
+// Singular values below this fraction of the largest are redundant rows. LoopSolver uses their squares, the pivots.
+// Rounding errors are about 1e-15, and true constraints of extreme mass ratios (the squares) are still counted.
 constexpr double kRankTolerance = 1e-6;
 }  // namespace
 
@@ -29,7 +29,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::
   if (metric.info() != Eigen::Success)
     throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
 
-  // Eigen's decompositions do not take empty matrices.
+  // Eigen's decompositions do not accept empty matrices.
   if (J.rows() == 0) return {v, Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), 0};
 
   Eigen::MatrixXd Y = J.transpose();
@@ -44,7 +44,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::
   while (solution.rank < sigma.size() && sigma[solution.rank] > threshold) ++solution.rank;
   const auto U = svd.matrixU().leftCols(solution.rank);
   Eigen::VectorXd along = U.transpose() * weighted;
-  // Projected twice: the first subtraction leaves rounding of the size of v-, the second removes it.
+  // Projected twice: the second projection removes the rounding error of the first, of the size of v-.
   Eigen::VectorXd rest = weighted - U * along;
   rest -= U * (U.transpose() * rest);
   if (after.size() != 0) {

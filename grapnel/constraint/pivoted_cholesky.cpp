@@ -71,8 +71,8 @@ void PivotedCholesky::solve(std::span<const double> b, std::span<double> x, std:
   }
 }
 
-// With rows P taken, A_PP = L D L^T and A_Pd = L D l for a row d not taken, l its row of the factor: A_PP x_P = -A_Pd
-// is L^T x_P = -l.
+// With pivot rows P, A_PP = L D L^T, and A_Pd = L D l for another row d, with l its row of the factor: A_PP x_P = -A_Pd
+// is equivalent to L^T x_P = -l.
 void PivotedCholesky::null_vector(int k, std::span<double> x) const {
   const int d = order_[rank_ + k];
   std::fill(x.begin(), x.end(), 0.0);

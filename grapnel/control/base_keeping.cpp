@@ -38,7 +38,7 @@ BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& 
   const Eigen::MatrixXd B =
       cholesky_solution(joints, Eigen::MatrixXd(response.response().middleRows(base, 3).transpose())).transpose();
 
-  // The base goes back: (15.12).
+  // Restoring motion of the base: (15.12).
   const Vector3d phi = attitude_deviation(law, response.kinematics().X_WB[law.root].R);
   Eigen::Vector3d wanted;
   for (int k = 0; k < 3; ++k) wanted[k] = -2 * law.rate * state.v[base + k] - law.rate * law.rate * phi[k];

@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What has springs, as coordinates d: joints one by one, and the modes of chains.
+// Coordinates d with springs: single joints, and the modes of chains.
 struct Sprung {
   MatrixXd shapes;               // velocities x coordinates
   MatrixXd stiffness, damping;   // over the coordinates
@@ -64,7 +64,7 @@ std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, s
   }
   const MatrixXd M = mass_matrix(model, state), M_d = M * sprung.shapes;
   MatrixXd reduced = sprung.shapes.transpose() * M_d;
-  MatrixXd follow;  // what is free of springs answers: y = -follow d
+  MatrixXd follow;  // response of the coordinates without springs: y = -follow d
   if (!others.empty()) {
     const MatrixXd M_yd = M_d(others, Eigen::all);
     follow = cholesky_solution(Cholesky(MatrixXd(M(others, others))), M_yd);
@@ -78,7 +78,7 @@ std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, s
   std::vector<ElasticMode> modes;
   for (Index i = n; i-- > 0;) {
     const double omega = 1 / std::sqrt(solver.eigenvalues()[i]);
-    if (!std::isfinite(omega)) continue;  // what springs hold there has no inertia
+    if (!std::isfinite(omega)) continue;  // a massless sprung coordinate
     const VectorXd d = omega * upper_solution(root, VectorXd(solver.eigenvectors().col(i)));
     ElasticMode mode;
     mode.frequency = omega / (2 * std::numbers::pi);

@@ -48,7 +48,7 @@ Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame) 
 
 namespace {
 
-// Writes the column of an angular and a linear part.
+// Writes a column from its angular and linear part.
 void write_column(Eigen::Ref<Eigen::MatrixXd> J, int column, const Vector3d& angular, const Vector3d& linear) {
   for (int k = 0; k < 3; ++k) J(k, column) = angular[k], J(3 + k, column) = linear[k];
 }
@@ -98,7 +98,7 @@ std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinem
     const BodyAcceleration& carrier = result[body.parent];
     const Twistd& V_P = k.V_WB[body.parent];
     const Vector3d arm = X_WB.p - k.X_WB[body.parent].p;
-    const Vector3d spin = V.angular - V_P.angular;                            // against the parent
+    const Vector3d spin = V.angular - V_P.angular;                            // relative to the parent
     const Vector3d slip = V.linear - (V_P.linear + cross(V_P.angular, arm));  // of the origin, likewise
     BodyAcceleration& a = result[i];
     a.angular = carrier.angular + cross(V_P.angular, spin);

@@ -34,7 +34,7 @@ void project_mass_matrix(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> M
   project_columns(tree, M);
   Eigen::MatrixXd transposed = M.transpose();
   project_columns(tree, transposed);
-  M = 0.5 * (transposed + transposed.transpose());  // symmetric to the last bit, as M was
+  M = 0.5 * (transposed + transposed.transpose());  // exactly symmetric, as M was
   for (std::size_t c = 0; c < tree.chains.size(); ++c) {
     const ModalChain& chain = tree.chains[c];
     for (std::size_t i = 0; i < chain.velocities.size(); ++i) {

@@ -18,7 +18,7 @@ std::vector<double> legendre(int m, double x) {
 // P_m'(x) from P_m and P_{m-1}; x is inside ]-1, 1[.
 double slope(int m, double x, const std::vector<double>& P) { return m * (P[m - 1] - x * P[m]) / (1 - x * x); }
 
-// The i-th zero of P_m from below, by Newton's method from Tricomi's estimate.
+// The i-th smallest zero of P_m, by Newton's method from Tricomi's estimate.
 double zero(int m, int i) {
   double x = -std::cos(std::numbers::pi * (i + 0.75) / (m + 0.5));
   for (int iteration = 0; iteration < 20; ++iteration) {

@@ -18,15 +18,15 @@ using Square = Eigen::Matrix<double, kStages, kStages>;
 using Wide = Eigen::Matrix<long double, kStages, kStages>;
 using WideColumn = Eigen::Matrix<long double, kStages, 1>;
 
-constexpr double kIncrement = 1e-7;       // of derivatives by differences, of the numbers' sizes
+constexpr double kIncrement = 1e-7;       // increment of finite differences, relative to the numbers' sizes
 constexpr int kMostIterations = 10;       // of Newton's method
-constexpr double kNewtonShare = 1e-3;     // of the tolerances: what the iteration may leave
-constexpr double kRounding = 1e-5;        // of the tolerances: an iteration that stands still below has converged
-constexpr double kSlow = 0.1;             // contraction from which on new derivatives pay
-constexpr double kSameLength = 1e-3;      // steps so alike share their factors
-constexpr double kMostExtrapolation = 4;  // of the last step's polynomial, in its lengths
+constexpr double kNewtonShare = 1e-3;     // maximum remaining error of the iteration, relative to the tolerances
+constexpr double kRounding = 1e-5;        // relative to the tolerances: an iteration that stalls below it has converged
+constexpr double kSlow = 0.1;             // contraction rate above which new derivatives pay off
+constexpr double kSameLength = 1e-3;      // relative difference of steps that share factors
+constexpr double kMostExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
 constexpr double kMostGrowth = 8, kMostShrinking = 0.1;
-constexpr int kMostAttempts = 120;              // of a step, each shorter than the last
+constexpr int kMostAttempts = 120;              // maximum number of attempts of a step, each shorter than the last
 constexpr double kOrder = 1.0 / (kStages + 1);  // of the estimate, h^6
 
 struct Tableau {
@@ -35,8 +35,8 @@ struct Tableau {
   double gamma0;                        // real eigenvalue of a
   std::array<double, kStages> e;        // (12.23)
   std::array<double, kStages> scale{};  // of the polynomials of basis()
-  // a = V diag(lambda) V^-1: the real eigenvalue and the two of positive imaginary part, their columns v of V and rows
-  // w of V^-1.
+  // a = V diag(lambda) V^-1: the real eigenvalue and the two with positive imaginary part, their columns v of V and
+  // rows w of V^-1.
   double lambda_re[3], lambda_im[3];
   double v_re[3][kStages], v_im[3][kStages], w_re[3][kStages], w_im[3][kStages];
 };
@@ -57,7 +57,7 @@ std::array<long double, kStages> nodes() {
   constexpr int kCells = 64;
   for (int i = 0; i < kCells; ++i) {
     long double a = -1 + 2.0L * i / kCells, b = -1 + 2.0L * (i + 1) / kCells;
-    if (i == kCells - 1) b = 1 - 1e-3L;  // 1 is a node of its own
+    if (i == kCells - 1) b = 1 - 1e-3L;  // 1 is a separate node
     const long double at_a = node_function(a);
     if ((at_a > 0) == (node_function(b) > 0)) continue;
     for (int k = 0; k < 80; ++k) {
@@ -154,7 +154,7 @@ inline void subtract(int n, double a_re, double a_im, const double* __restrict r
   }
 }
 
-// y += factor M x, M by columns, of which four at once spare y three times of four.
+// y += factor M x, M column-major; four columns at a time save three of four accesses to y.
 void add_product(double factor, const std::vector<double>& M, std::span<const double> x, double* __restrict y,
                  int rows) {
   const double* column = M.data();
@@ -198,7 +198,7 @@ bool RadauIIA::fail(const char* why) {
   return false;
 }
 
-// One-sided differences; X depends on x slowly, which the iteration sees to.
+// One-sided differences; the slow dependence of X on x is left to the iteration.
 void RadauIIA::difference() {
   ++jacobians_;
   const int x = system_.positions, w = system_.rates, n = system_.size();
@@ -230,7 +230,8 @@ void RadauIIA::difference() {
 
 namespace {
 
-// In place, by columns, with row exchanges; false: singular or not finite. Without imaginary parts `im` is not touched.
+// LU decomposition in place, column-major, with row exchanges; false: singular or not finite. Real matrices leave `im`
+// unchanged.
 template <bool complex>
 bool decompose(int n, double* re, double* im, int* pivot) {
   for (int k = 0; k < n; ++k) {
@@ -257,7 +258,7 @@ bool decompose(int n, double* re, double* im, int* pivot) {
         im_k[i] = re_k[i] * by_im + im_k[i] * by_re;
         re_k[i] = r;
       }
-      re_k[k] = by_re, im_k[k] = by_im;  // the pivot's inverse
+      re_k[k] = by_re, im_k[k] = by_im;  // inverse of the pivot
     } else {
       const double by = 1 / re_k[k];
       for (int i = k + 1; i < n; ++i) re_k[i] *= by;
@@ -330,7 +331,7 @@ bool RadauIIA::factorize(double h) {
   return true;
 }
 
-// The last step's polynomial, continued; `from`: where on it, in its lengths, the step begins.
+// Extrapolates the last step's polynomial; `from`: begin of the step on it, in its lengths.
 void RadauIIA::predict(double h, double from) {
   const double ratio = length_ > 0 ? h / length_ : 0;
   if (!(ratio > 0 && ratio <= kMostExtrapolation)) {
@@ -360,11 +361,11 @@ double RadauIIA::weighted(std::span<const double> x) const {
   return sum == 0 ? largest : std::numeric_limits<double>::infinity();
 }
 
-// R becomes the correction of Z.
+// Overwrites R with the correction of Z.
 void RadauIIA::correct(double h) {
   const Tableau& T = tableau();
   const int x = system_.positions, w = system_.rates;
-  for (int i = 0; i < kStages; ++i) {  // the right side of (12.21)
+  for (int i = 0; i < kStages; ++i) {  // the right-hand side of (12.21)
     double* const s = stage(scratch_, i);
     std::fill_n(s, x, 0.0);
     for (int j = 0; j < kStages; ++j) add(x, T.a(i, j), stage(R_, j), s);
@@ -417,7 +418,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
   const int n = system_.coupled();
   double before = 0, ratio_before = 0, theta = 0;
   slow_ = false;
-  double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // of what is left over the last correction
+  double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // remaining error relative to the last correction
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     ++iterations_;
     if (!evaluate_stages(h)) return Newton::failed;
@@ -448,14 +449,14 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
     contraction_ = factor;
     if (factor * size <= kNewtonShare || size == 0) return Newton::converged;
     if (iteration > 0 && factor * size * std::pow(theta, kMostIterations - 1 - iteration) > kNewtonShare)
-      return Newton::failed;  // it would take too many
+      return Newton::failed;  // predicted number of iterations exceeds the limit
     before = size;
   }
   return Newton::failed;
 }
 
-// Numbers that nothing depends on. The iteration's last derivatives are from before its last correction, which may be
-// much larger than what is left after it; those at the end are the next step's first, too.
+// Quadratures. The iteration's last derivatives precede its last correction, which may be much larger than the
+// remaining error, so they are evaluated again; those at the end are also the first of the next step.
 bool RadauIIA::add_quadratures(double h) {
   if (!evaluate_stages(h)) return false;
   for (int i = 0; i < kStages; ++i) {
@@ -468,7 +469,7 @@ bool RadauIIA::add_quadratures(double h) {
   return true;
 }
 
-// (12.23), over the tolerances; `slope`: derivative at the beginning, or near it.
+// Error estimate (12.23) relative to the tolerances; `slope`: derivative at the begin, or close to it.
 double RadauIIA::error_of(double h, std::span<const double> slope) {
   const Tableau& T = tableau();
   const int x = system_.positions, w = system_.rates, n = x + w;
@@ -485,7 +486,7 @@ double RadauIIA::error_of(double h, std::span<const double> slope) {
   return weighted({sum_.data(), static_cast<std::size_t>(n)});
 }
 
-// The step of the stages Z is made.
+// Completes the step with the stages Z.
 void RadauIIA::finish(double h, double t_end) {
   const double* const last = stage(Z_, kStages - 1);
   for (int k = 0; k < system_.size(); ++k) y_[k] = y_begin_[k] + last[k];
@@ -520,7 +521,7 @@ bool RadauIIA::step(double limit) {
     const bool cut = h > 0.5 * left;
     if (h >= left * (1 - 1e-9)) {
       h = left, t_end = limit;
-    } else if (cut) {  // two of the same length, no sliver at the end
+    } else if (cut) {  // two equal steps instead of a tiny last one
       h = 0.5 * left, t_end = begin_ + h;
     }
     if (!(begin_ + h > begin_)) break;
@@ -540,7 +541,7 @@ bool RadauIIA::step(double limit) {
       continue;
     }
     double error = error_of(h, slope_);
-    if (error >= 1) {  // once more, which takes out what is stiff
+    if (error >= 1) {  // repeated filtering, which removes the stiff components
       for (int k = 0; k < system_.coupled(); ++k) moved_[k] = y_begin_[k] + sum_[k];
       std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
       if (evaluate({&begin_, 1}, {moved_.data(), y_.size()}, moved_slope_)) error = error_of(h, moved_slope_);
@@ -553,12 +554,12 @@ bool RadauIIA::step(double limit) {
       proposed_ = h * std::clamp(growth, kMostShrinking, 0.9);
       continue;
     }
-    if (last_error_ > 0)  // [Gustafsson 1994]: as errors changed from the last step to this one
+    if (last_error_ > 0)  // [Gustafsson 1994]: extrapolates the change of the error from the last step to this one
       growth = std::min(growth, safety * h / last_length_ * std::pow(last_error_ / (small * small), kOrder));
     growth = std::clamp(growth, kMostShrinking, rejected ? 1.0 : kMostGrowth);
     last_error_ = std::max(small, 1e-2), last_length_ = h;
     if (slow_) derivatives_known_ = false;
-    if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // the factors serve again
+    if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // reuses the factors
     proposed_ = cut && !rejected ? std::max(proposed_, growth * h) : growth * h;
     finish(h, t_end);
     return true;
@@ -603,7 +604,7 @@ void RadauIIA::at(double t, std::span<double> y) const {
 }
 
 double RadauIIA::time_of_stage(int i) const {
-  return i == kStages - 1 ? t_ : begin_ + tableau().c[i] * length_;  // the last is the step's end to the last digit
+  return i == kStages - 1 ? t_ : begin_ + tableau().c[i] * length_;  // the last stage is exactly the step's end
 }
 
 }  // namespace grapnel

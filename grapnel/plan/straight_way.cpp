@@ -98,7 +98,7 @@ class StraightSearch {
   struct Iterate {
     Eigen::VectorXd v;
     std::vector<Node> nodes;
-    double worst = 0;             // at the nodes
+    double worst = 0;             // maximum at the nodes
     bool has_derivatives = true;  // whether the nodes have derivatives
   };
 
