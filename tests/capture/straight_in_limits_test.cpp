@@ -234,7 +234,7 @@ TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
   limits_of(p, direct, 2).lower = extremes(direct, 2, 0).lowest - 0.05;
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
-  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' goes 0.01"));
+  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' moves 0.01"));
   EXPECT_THAT(none.failure, HasSubstr("beyond its upper limit of "));
   EXPECT_THAT(none.failure, HasSubstr("at t = 19."));
   EXPECT_THAT(none.failure, HasSubstr("no freedom"));

@@ -32,7 +32,7 @@ ClearanceWatch watch(const Model& model, const ClearanceModel& clearance, const 
 }
 
 // Distance of centres^2 = miss^2 + speed^2 (t - t_c)^2.
-TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
+TEST(ClearanceWatch, FindsPassageBetweenSamples) {
   Random random(31);
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.3)}, {1, ball(0.2)}});
@@ -69,7 +69,7 @@ TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
 }
 
 // A pair that is nearest at no sample but dips in between, while another stays at a smaller distance at the samples.
-TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
+TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
   const Model model = free_bodies(4);
   const ClearanceModel clearance(model, {{0, ball(0.1)}, {1, ball(0.1)}, {2, ball(0.1)}, {3, ball(0.1)}});
   const std::vector<SteadyBody> bodies = {
@@ -83,7 +83,7 @@ TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
 }
 
 // What is required and what overlaps begin at different times.
-TEST(ClearanceWatch, OverlapsBeginLaterThanWhatIsTooNear) {
+TEST(ClearanceWatch, OverlapBeginsAfterTheEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   // Nearer by 1 m/s: 0.4 m apart at t = 1.6 s, touching at 2 s, out again at 4 s.
@@ -106,7 +106,7 @@ TEST(ClearanceWatch, OverlapsBeginLaterThanWhatIsTooNear) {
 }
 
 // The far tip of a thin rod that turns about a point of its own passes a ball.
-TEST(ClearanceWatch, TurningRodPassesABall) {
+TEST(ClearanceWatch, RotatingRodPassesABall) {
   Random random(32);
   const Model model = free_bodies(2);
   Geometry rod{Shape::capsule, {0.002, 4, 0}, {rotation_about({0, 1, 0}, M_PI_2), {1, 0, 0}}};
@@ -127,7 +127,7 @@ TEST(ClearanceWatch, TurningRodPassesABall) {
 }
 
 // Two bodies are too near from the first of their shapes that is, to the last, whichever the pairs of shapes are.
-TEST(ClearanceWatch, EventsAreThoseOfBodies) {
+TEST(ClearanceWatch, MergesEventsOfBodies) {
   const auto ball_at = [](double x) {
     return Geometry{Shape::sphere, {0.1, 0, 0}, {Rotationd::identity(), {x, 0, 0}}};
   };
@@ -148,7 +148,7 @@ TEST(ClearanceWatch, EventsAreThoseOfBodies) {
   EXPECT_NEAR(found.least()[0].distance, -0.2, 1e-6);
 }
 
-TEST(ClearanceWatch, PhasesAreApart) {
+TEST(ClearanceWatch, PhasesAreSeparate) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
   const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
@@ -192,7 +192,7 @@ ClearanceWatch watch_parting(const Model& model, const ClearanceModel& balls, co
   return w;
 }
 
-TEST(ClearanceWatch, APairThatTouchedMayPart) {
+TEST(ClearanceWatch, PartingPairMakesNoEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   for (const double start : {1.0, 1 - 1e-12, 0.95, 0.7}) {
@@ -207,7 +207,7 @@ TEST(ClearanceWatch, APairThatTouchedMayPart) {
   EXPECT_EQ(w.least()[0].distance, INFINITY);
 }
 
-TEST(ClearanceWatch, APairThatTouchedMayNotComeBack) {
+TEST(ClearanceWatch, ReturningPairMakesAnEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   // From touching straight in.
@@ -228,7 +228,7 @@ TEST(ClearanceWatch, APairThatTouchedMayNotComeBack) {
 }
 
 // What has been reached counts on in the next phase, unless the pair is held in between.
-TEST(ClearanceWatch, PartingGoesOnFromPhaseToPhase) {
+TEST(ClearanceWatch, PartingContinuesAcrossPhases) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
   const auto at = [&](double distance) { return steady_state(model, {{{0, 0, 0}, {}}, {{distance, 0, 0}, {}}}, 0); };
@@ -252,7 +252,7 @@ TEST(ClearanceWatch, PartingGoesOnFromPhaseToPhase) {
   }
 }
 
-TEST(ClearanceWatch, SaysWhatIsWrong) {
+TEST(ClearanceWatch, RejectsInvalidArguments) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
   EXPECT_THROW(ClearanceWatch{NAN}, std::invalid_argument);

@@ -36,7 +36,7 @@ fcl::CollisionObjectd fcl_object(const Geometry& g, const Posed& X_WG) {
   return {fcl_shape(g), X};
 }
 
-TEST(Fcl, AgreesOnShapesThatAreApart) {
+TEST(Fcl, AgreesOnSeparatedShapes) {
   for (const Shape a : kShapes) {
     for (const Shape b : kShapes) {
       Random random(21);

@@ -51,7 +51,7 @@ void expect_consistent(const ShapeDistance& d) {
 }
 
 // A mesh that is a box is as far from everything as the box.
-TEST(MeshDistance, OfABoxIsTheBoxs) {
+TEST(MeshDistance, BoxMeshEqualsBox) {
   Random random(3);
   double apart = 0, overlapping = 0;
   int overlaps = 0;
@@ -178,7 +178,7 @@ double brute_distance(const Polyhedron& a, const Polyhedron& b) {
   return depth > 0 ? -depth : least;
 }
 
-TEST(MeshDistance, OfRandomHullsIsBruteForces) {
+TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
   Random random(5);
   double apart = 0, overlapping = 0;
   int overlaps = 0;
@@ -221,7 +221,7 @@ TEST(MeshDistance, OfRandomHullsIsBruteForces) {
 }
 
 // A hull of many faces overlaps by searches: never less than the truth, and near it.
-TEST(MeshDistance, OfAFineSphere) {
+TEST(MeshDistance, FineSphereMesh) {
   Points points;
   Triangles triangles;
   constexpr int kRings = 24, kSides = 48;
@@ -250,7 +250,7 @@ TEST(MeshDistance, OfAFineSphere) {
 }
 
 // What is not convex counts as its hull: never farther than it is.
-TEST(MeshDistance, IsThatOfTheHull) {
+TEST(MeshDistance, UsesTheConvexHull) {
   // An L: a ball in its corner touches the hull though it is clear of the mesh.
   const Points l{{0, 0, 0}, {2, 0, 0}, {2, 0.1, 0}, {0.1, 0.1, 0}, {0.1, 2, 0}, {0, 2, 0},
                  {0, 0, 1}, {2, 0, 1}, {2, 0.1, 1}, {0.1, 0.1, 1}, {0.1, 2, 1}, {0, 2, 1}};
@@ -262,7 +262,7 @@ TEST(MeshDistance, IsThatOfTheHull) {
 }
 
 // Bounds that exclude pairs must not exclude meshes that are near, wherever their file's origin is.
-TEST(MeshDistance, BoundsAreBelow) {
+TEST(MeshDistance, BoundsAreLowerBounds) {
   Random random(11);
   const Model model = free_bodies(4);
   for (int i = 0; i < 200; ++i) {
@@ -291,7 +291,7 @@ TEST(MeshDistance, BoundsAreBelow) {
   }
 }
 
-TEST(MeshDistance, NeedsAHull) {
+TEST(MeshDistance, RequiresAHull) {
   const Model model = free_bodies(1);
   Geometry mesh = box_mesh({1, 1, 1}, {0, 0, 0});
   EXPECT_NO_THROW(ClearanceModel(model, {{0, mesh}}));

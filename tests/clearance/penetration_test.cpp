@@ -32,7 +32,7 @@ Vector3d inner_point(const Geometry& g, Random& random) {
 }
 
 // A common point and the largest balls about it in each shape bound the depth from below.
-TEST_P(Overlap, IsNoticedWhereverAPointIsCommon) {
+TEST_P(Overlap, IsDetectedForEveryCommonPoint) {
   Random random(11);
   Worst closest("largest signed distance over the bound of common balls [m]");
   for (int i = 0; i < 30'000; ++i) {
@@ -49,7 +49,7 @@ TEST_P(Overlap, IsNoticedWhereverAPointIsCommon) {
   }
 }
 
-TEST_P(Overlap, DepthPartsThemAndIsNearlyTheLeast) {
+TEST_P(Overlap, DepthSeparatesAndIsNearlyMinimal) {
   Random random(12);
   Worst excess("depth above the least one sampled, relative, of " + std::string(shape_name(a())) + " and " +
                shape_name(b()));

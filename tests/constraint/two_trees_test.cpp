@@ -64,7 +64,7 @@ TreeCase random_trees(int index) {
   }
 }
 
-TEST(TwoTrees, AccelerateAsCoordinatePartitioningSays) {
+TEST(TwoTrees, AgreeWithCoordinatePartitioning) {
   // Measured 2e-12, 1e-12 and 1e-13.
   Worst accelerations("accelerations"), force("J^T lambda"), inertia("J M^-1 J^T");
   int deficient = 0;
@@ -122,7 +122,7 @@ TEST(TwoTrees, CloseInVelocityAndConserveMomentum) {
   EXPECT_GT(free_roots, kCases / 2);
 }
 
-TEST(TwoTrees, AreBroughtTogetherAgain) {
+TEST(TwoTrees, AreProjectedTogether) {
   // Measured 2e-14 and 4e-8.
   Worst after("what a projection leaves open [m, rad]"), center("centre of mass, free roots [m]");
   for (int i = 0; i < kCases; ++i) {
@@ -150,7 +150,7 @@ TEST(TwoTrees, AreBroughtTogetherAgain) {
 }
 
 // Two roots that are fixed to the world cannot be held together.
-TEST(TwoTrees, FixedRootsCannotMoveAgainstEachOther) {
+TEST(TwoTrees, RejectsTwoFixedRoots) {
   ModelBuilder builder;
   for (const char* name : {"post", "wall"}) {
     BodyDescription b;

@@ -30,7 +30,7 @@ double base_angle(const Model& model, const BaseKeeping& law, const State& state
 }
 
 // Four of seven freedoms of the arm do not turn the base: towards a posture within them, for two minutes.
-TEST(BaseKeeping, ReactionlessMotionLeavesTheBaseAlone) {
+TEST(BaseKeeping, ReactionlessMotionKeepsTheBaseAttitude) {
   SKIP_UNDER_SANITIZERS();
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
@@ -83,7 +83,7 @@ AngularPart angular_part(const Model& model, const State& s, const std::vector<i
 
 // With momentum in the system and a wheel that spins: the base comes to rest at its attitude and stays, while the
 // joints go on with q' = H_wq^+ (L - h_w) (and a null part that has been damped away).
-TEST(BaseKeeping, ArmsHoldTheMomentumThatWheelsDoNot) {
+TEST(BaseKeeping, ArmsAbsorbTheRemainingMomentum) {
   const Model model = arm_with_target({.joints = 7, .wheel = true});
   State start = moving_state(model, 0.004);
   start.v[model.bodies()[model.body_index("wheel")].v] = 8;
@@ -113,7 +113,7 @@ TEST(BaseKeeping, ArmsHoldTheMomentumThatWheelsDoNot) {
 }
 
 // A joint that cannot deliver gives up the motion beside, not the base.
-TEST(BaseKeeping, EffortLimitsTakeFromTheMotionBeside) {
+TEST(BaseKeeping, EffortLimitsReduceTheReactionlessMotion) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0);
   std::vector<double> posture(7, 1.5);

@@ -78,7 +78,7 @@ void expect_exact_motion(const Model& model, const PhaseSetup& setup, const Stat
   EXPECT_GT(turned, 1e-4);  // its axis wanders, as that of a free triaxial body does
 }
 
-TEST(Detumbling, FollowsTheExactMotionWithSixJointsAndWithSeven) {
+TEST(Detumbling, FollowsTheExactMotionWithSixAndSevenJoints) {
   for (int joints : {6, 7}) {
     SCOPED_TRACE(joints);
     const Model model = arm_with_target({.joints = joints});
@@ -89,7 +89,7 @@ TEST(Detumbling, FollowsTheExactMotionWithSixJointsAndWithSeven) {
 }
 
 // Friction, attitude control and a wheel that turns by itself are known to it.
-TEST(Detumbling, MakesUpForWhatItKnows) {
+TEST(Detumbling, CompensatesKnownForces) {
   const Model model = arm_with_target({.joints = 7, .friction = {3, 0, 1e-3}, .wheel = true});
   State start = moving_state(model, 0.03);
   start.v[model.bodies()[model.body_index("wheel")].v] = 200;
@@ -178,7 +178,7 @@ TEST(Detumbling, ScalesTheTorqueToTheGripper) {
 
 // Limits that not even the slowest motion keeps: everything is scaled down, nothing exceeds a limit, and by how much
 // they are too small is known; the efforts are continuous, so that the motion takes no more steps than another.
-TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
+TEST(Detumbling, ReportsInsufficientLimits) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0.5);  // fast: to let the target turn freely takes efforts already
   const DetumblingCommand full = [&] {
@@ -204,7 +204,7 @@ TEST(Detumbling, SaysByHowMuchLimitsAreTooSmall) {
 
 // Random postures of six joints, some of them near a singular one: there the weak direction is left out, and the
 // efforts stay within what other postures take. The plain inverse would ask for up to 1/condition.
-TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
+TEST(Detumbling, ContinuesWithReducedRank) {
   const Model model = arm_with_target({.joints = 6});
   const auto law = detumbling(model);
   EXPECT_TRUE(law->goes_on());
@@ -227,7 +227,7 @@ TEST(Detumbling, GoesOnWithTheRankThatIsLeft) {
 }
 
 // At the ticks of a clock, held between them: as far from the exact motion as the period is long.
-TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
+TEST(Detumbling, SampledLawConvergesToTheContinuousOne) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0.03);
   const Target first = target_of(model, start);
@@ -247,7 +247,7 @@ TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
 }
 
 // By another route: forward dynamics under random efforts, closed loops as the solver of the phases has them.
-TEST(EffortResponse, IsForwardDynamics) {
+TEST(EffortResponse, AgreesWithForwardDynamics) {
   double worst = 0;
   for (int i = 0; i < 10; ++i) {
     SCOPED_TRACE(seed_note(i));

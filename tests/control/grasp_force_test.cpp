@@ -139,7 +139,7 @@ Flown fly(const TwoArms& t, const GraspForceLaw& law) {
   return f;
 }
 
-TEST(GraspForce, StepsLeaveTheMotionAndTheGrasp) {
+TEST(GraspForce, ForceStepsDoNotMoveTheTarget) {
   SKIP_UNDER_SANITIZERS();
   constexpr double kForce = 40;
   for (int joints : {6, 7}) {
@@ -190,7 +190,7 @@ TEST(GraspForce, HoldsTheTargetRelativeToTheBase) {
 }
 
 // G (1 - G_M^+ G) = 0: what is internal moves nothing; and the distribution is the least in the metric.
-TEST(GraspForce, InternalWrenchesMoveNothing) {
+TEST(GraspForce, InternalWrenchesCauseNoMotion) {
   for (const GraspModel second : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     const TwoArms t = two_arms(7, std::numeric_limits<double>::infinity(), second);
     const GraspForceLaw law = law_of(t, 1, 0, 0);
@@ -214,7 +214,7 @@ TEST(GraspForce, InternalWrenchesMoveNothing) {
 }
 
 // Where efforts are limited the internal force is what is given up, not the motion.
-TEST(GraspForce, LimitsTakeFromTheInternalForce) {
+TEST(GraspForce, EffortLimitsReduceTheInternalForce) {
   const TwoArms strong = two_arms(7, std::numeric_limits<double>::infinity(), GraspModel::rigid);
   const JointLawCommand motion = law_for(strong, law_of(strong, 0, 0, 0))->at(0, strong.state, {});
   const double limit = 3 * motion.effort.cwiseAbs().maxCoeff();

@@ -26,7 +26,7 @@ CaptureProblem waiting_hand() {
 }
 
 // Without spring and damper of the law the masses alone decide.
-TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
+TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.impedance->damping = p.impedance->stiffness = {0, 0, 0};
@@ -47,7 +47,7 @@ TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
 }
 
 // A slow on-board computer: efforts are held between ticks, during the contact too.
-TEST(ImpedanceCapture, SampledNearlyTheSame) {
+TEST(ImpedanceCapture, SampledControlAgrees) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.post_impact->duration = 1;
@@ -70,7 +70,7 @@ CaptureProblem squeeze() {
   return p;
 }
 
-TEST(ImpedanceCapture, RefusesWhatItCannotDo) {
+TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   using ::testing::Contains;
   using ::testing::HasSubstr;
   EXPECT_THAT(faults(waiting_hand()), ::testing::IsEmpty());

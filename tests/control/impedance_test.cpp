@@ -81,7 +81,7 @@ std::shared_ptr<Impedance> law_of(const Model& model, const State& start, Impeda
 }
 
 // The hand is the oscillator that M, D and K make, whatever base and arm do, with momentum in the system.
-TEST(Impedance, HandIsTheOscillatorOfItsGains) {
+TEST(Impedance, EndEffectorIsAnOscillator) {
   for (int index = 0; index < 6; ++index) {
     SCOPED_TRACE(seed_note(index));
     Random random(index);
@@ -116,7 +116,7 @@ TEST(Impedance, HandIsTheOscillatorOfItsGains) {
 }
 
 // D's velocity and acceleration are the derivatives of its place; it begins as the hand moves, and arrives as it is to.
-TEST(Impedance, ReferenceOnABodyMovesAsItSays) {
+TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
   BodyDescription body;
   body.name = body.joint.name = "target", body.joint.type = JointType::free;
   body.mass = 100, body.inertia = Symmetric3d::diagonal(20, 20, 20);
@@ -172,7 +172,7 @@ TEST(Impedance, ReferenceOnABodyMovesAsItSays) {
 }
 
 // From rest a hand that is turned off its reference about one axis turns back as an oscillator about it.
-TEST(Impedance, HandTurnsBackAsAnOscillator) {
+TEST(Impedance, EndEffectorRotationIsAnOscillator) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
@@ -200,7 +200,7 @@ TEST(Impedance, HandTurnsBackAsAnOscillator) {
 }
 
 // The transpose law knows no model: its work is that of a spring and a damper at the hand.
-TEST(Impedance, TransposeLawIsASpringAtTheHand) {
+TEST(Impedance, TransposeLawActsAsASpring) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
@@ -330,7 +330,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
 }
 
 // J M^-1 J^T of the whole is J* H*^-1 J*^T: the generalized Jacobian, block by block.
-TEST(Impedance, EffectiveMassIsThatOfTheGeneralizedJacobian) {
+TEST(Impedance, EffectiveMassAgreesWithTheGeneralizedJacobian) {
   Random random(5);
   const Model model = random_arm(random, 7, false);
   const State s = moving(model, random, false, 0);
@@ -354,7 +354,7 @@ TEST(Impedance, EffectiveMassIsThatOfTheGeneralizedJacobian) {
 }
 
 // A limit cuts what moves the hand, and says so; damping beside goes first.
-TEST(Impedance, SaysWhereLimitsCutIt) {
+TEST(Impedance, ReportsClippedEfforts) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0.02);
   const auto full = law_of(strong, start, gains(), {0.3, 0.1, 0.2}, Vector3d::zero())->at(0, start, {});
@@ -367,7 +367,7 @@ TEST(Impedance, SaysWhereLimitsCutIt) {
 }
 
 // Outstretched in the plane, the arm cannot move its hand along itself: the condition says so.
-TEST(Impedance, ConditionFallsWhereRankIsLost) {
+TEST(Impedance, ConditionDropsNearRankLoss) {
   Random random(9);
   const Model model = random_arm(random, 3, true);
   State s = zero_state(model);

@@ -60,7 +60,7 @@ TEST(DetumblingCapture, BothArmsBringTheShippedSatelliteToRest) {
 }
 
 // Without samples and loads it is the same motion and the same report.
-TEST(DetumblingCapture, IsTheSameInColumns) {
+TEST(DetumblingCapture, IsIndependentOfDetailColumns) {
   SKIP_UNDER_SANITIZERS();
   const CaptureProblem p = one_arm();
   const CaptureResult full = simulate_capture(p), columns = simulate_capture(p, {}, CaptureDetail::columns);
@@ -121,7 +121,7 @@ TEST(DetumblingCapture, InStudiesAndCampaigns) {
   EXPECT_EQ(found, expected.size());
 }
 
-TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
+TEST(DetumblingCapture, EndsAtAJointStopOrRelease) {
   CaptureProblem p = one_arm();
   p.post_impact->releases.push_back({6, {"tip-2"}});
   CaptureResult r = simulate_capture(p);
@@ -155,7 +155,7 @@ TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
   EXPECT_NEAR(r.detumbling->end, 8, 0.02);
 }
 
-TEST(BaseKeepingCapture, TheBaseComesBackAndStays) {
+TEST(BaseKeepingCapture, BaseReturnsToItsAttitude) {
   CaptureProblem p = one_arm();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset();
@@ -171,7 +171,7 @@ TEST(BaseKeepingCapture, TheBaseComesBackAndStays) {
   EXPECT_LT(b.angular_velocity_after, 1e-4);
 }
 
-TEST(Laws, RefuseWhatTheyCannotDo) {
+TEST(Laws, RejectUnsupportedSettings) {
   using ::testing::ElementsAre;
   using ::testing::HasSubstr;
   EXPECT_THAT(faults(one_arm()), ::testing::IsEmpty());

@@ -26,7 +26,7 @@ std::vector<LimitedLoad> random_loads(Random& random, double size) {
 }
 
 // Against a fine search of the interval.
-TEST(LoadShares, AreThoseOfASearch) {
+TEST(LoadShares, AgreeWithASearch) {
   int possible = 0, impossible = 0;
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -56,7 +56,7 @@ TEST(LoadShares, AreThoseOfASearch) {
 }
 
 // As limits become too small the choice changes without a jump.
-TEST(LoadShares, AreContinuousWhereLimitsBecomeTooSmall) {
+TEST(LoadShares, AreContinuousInTheLimits) {
   double largest = 0;
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -77,7 +77,7 @@ TEST(LoadShares, AreContinuousWhereLimitsBecomeTooSmall) {
   EXPECT_LT(largest, 0.05);
 }
 
-TEST(LoadShares, WithoutLoadsAllIsAllowed) {
+TEST(LoadShares, WithoutLoadsTheShareIsMaximal) {
   const LoadShare found = largest_within({}, 0.7);
   EXPECT_EQ(found.k, 0.7);
   EXPECT_EQ(found.share, 0);

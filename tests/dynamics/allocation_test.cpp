@@ -26,7 +26,7 @@ using namespace testing;
 // Keeps the compiler from leaving out an allocation that nobody reads.
 void use(void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
-TEST(AllocationTrap, SeesEveryWayToAllocate) {
+TEST(AllocationTrap, CatchesEveryAllocation) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   const auto count = [](auto&& allocate) {
     AllocationTrap trap;
@@ -85,7 +85,7 @@ TEST(AllocationTrap, SeesEveryWayToAllocate) {
             1);
 }
 
-TEST(AllocationTrap, SeesEigens) {
+TEST(AllocationTrap, CatchesEigensAllocations) {
   Eigen::internal::set_is_malloc_allowed(false);
   EXPECT_THROW(
       {
@@ -100,7 +100,7 @@ TEST(AllocationTrap, SeesEigens) {
   });
 }
 
-TEST(Dynamics, AllocatesNothingAfterSetUp) {
+TEST(Dynamics, DoesNotAllocateAfterSetup) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -46,7 +46,7 @@ TEST(ForwardDynamics, InvertsInverseDynamics) {
   }
 }
 
-TEST(ForwardDynamics, TakesNoForcesAsZero) {
+TEST(ForwardDynamics, EmptyForcesAreZero) {
   const Case c = random_case(2);
   Forces zero;
   zero.generalized.assign(c.model.velocities(), 0.0);
@@ -224,7 +224,7 @@ TEST(ForwardDynamics, ChangesMomentumByExternalWrenches) {
   }
 }
 
-TEST(DynamicsArguments, OfAnotherModelAreRefused) {
+TEST(DynamicsArguments, RejectSizesOfAnotherModel) {
   const Model model = plain_robot(3), other = plain_robot(5);
   const State state = zero_state(model), other_state = zero_state(other);
   Workspace workspace(model), foreign(other);

@@ -52,7 +52,7 @@ TEST(FreeFloating, BaseTwistCarriesTheGivenMomentum) {
 
 // The O(n) kernels of root_velocity.hpp: momenta of all trees as momentum_about has them, and back to the same
 // velocities.
-TEST(RootVelocities, ComeBackFromTheirMomenta) {
+TEST(RootVelocities, AreRecoveredFromMomenta) {
   Worst momenta("root_momenta against momentum_about"), back("recover_roots of root_momenta");
   for (int i = 0; i < kRobots; ++i) {
     if (i % 4 == 3) continue;
@@ -153,7 +153,7 @@ TEST(FreeFloating, ReducedEquationGivesTheSameJointAccelerations) {
   }
 }
 
-TEST(FreeFloating, RefusesWrongRoots) {
+TEST(FreeFloating, RejectsInvalidRoots) {
   const Model model = plain_robot(2), fixed = plain_robot(2, JointType::fixed);
   EXPECT_THAT([&] { mass_blocks(model, zero_state(model), 1); },
               ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr("'root' must be a root body")));

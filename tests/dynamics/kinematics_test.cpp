@@ -129,7 +129,7 @@ TEST(RootState, RoundTrips) {
   }
 }
 
-TEST(RootState, OfAFixedRootBelongsToTheModel) {
+TEST(RootState, OfAFixedRootIsRejected) {
   const Model model = plain_robot(2, JointType::fixed);
   State s = zero_state(model);
   EXPECT_EQ(eigen(root_pose(model, s, 0).p), eigen(model.bodies()[0].description.X_PF.p));
@@ -151,7 +151,7 @@ TEST(ZeroState, HasUnitQuaternions) {
   EXPECT_TRUE(eigen(forward_kinematics(model, s).X_WB[0].R).isUnitary(1e-14));
 }
 
-TEST(KinematicsArguments, OfAnotherModelAreRefused) {
+TEST(KinematicsArguments, RejectSizesOfAnotherModel) {
   const Model model = plain_robot(3), other = plain_robot(5);
   Kinematics kinematics(model), foreign(other);
   EXPECT_THAT(

@@ -59,7 +59,7 @@ Model robot_without_friction(int i, Random& random) {
   return builder.build();
 }
 
-TEST(Rollouts, ByEulersMethodAreMujocos) {
+TEST(Rollouts, SemiImplicitEulerEqualsMujoco) {
   Worst worst("MuJoCo's Euler, after 20 steps");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -75,7 +75,7 @@ TEST(Rollouts, ByEulersMethodAreMujocos) {
 
 // MuJoCo's RK4 turns quaternions by weighted sums of angular velocities in a body's axes, ours are numbers during a
 // step: both tend to the same motion.
-TEST(Rollouts, ByRungeKuttaTendToMujocos) {
+TEST(Rollouts, RungeKuttaConvergesToMujoco) {
   Worst worst("MuJoCo's RK4, after 0.01 s");
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));

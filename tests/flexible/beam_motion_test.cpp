@@ -120,7 +120,7 @@ double spinning_frequency(double spin, double offset, bool in_plane) {
 // A beam that spins, flapping and lagging, with its root on the axis and beyond it; with all that its pieces can do,
 // and by three modes. Against Ritz's method, and that against Wright, Smith, Thresher and Wang (1982): 5.5850 at Omega*
 // = 4 without offset, in units of sqrt(E I / rho A L^4); without spin 3.5160.
-TEST(BeamMotion, VibratesFasterTheFasterItSpins) {
+TEST(BeamMotion, SpinningRaisesTheFrequency) {
   EXPECT_NEAR(spinning_frequency(4, 0, false), 5.5850, 1e-4);
   EXPECT_NEAR(spinning_frequency(0, 0, false), 3.5160, 1e-4);
   const double spin = 4;

@@ -45,7 +45,7 @@ void expect_arrival(const CaptureProblem& problem, const CaptureResult& r) {
   }
 }
 
-TEST(FlexibleCapture, TakesSectionsOfAMaterialAndStations) {
+TEST(FlexibleCapture, AcceptsMaterialSectionsAndStations) {
   const std::string beam = "robot.links.arm-1-link-3.beam", tube = "{diameter: 60 mm, wall_thickness: 1 mm}";
   const std::vector<Override> overrides{
       {beam,
@@ -143,7 +143,7 @@ TEST(FlexibleCapture, ComesToTheRigidRobotAsLinksStiffen) {
 }
 
 // Grasps that yield: the bending goes on meanwhile, and energy and momentum are kept.
-TEST(FlexibleCapture, ImpactsInTime) {
+TEST(FlexibleCapture, CompliantImpacts) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = quick("thesis/closed-loop-flexible-contact.yaml");
   p.post_impact.reset();
@@ -161,7 +161,7 @@ TEST(FlexibleCapture, ImpactsInTime) {
 }
 
 // Gears that yield, a panel on a hinge with a spring, a load on a link's far end.
-TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
+TEST(FlexibleCapture, GearsPanelsAndLoads) {
   CaptureProblem p = load("first-plan.yaml");
   p.post_impact->duration = 1;
   for (BodyDescription& body : p.robot.bodies) {
@@ -190,7 +190,7 @@ TEST(FlexibleCapture, WithGearsPanelsAndLoads) {
 }
 
 // Panels of a target: they swing when it is caught, and what their dampers take is its own until it is held.
-TEST(FlexibleCapture, OfASatelliteWithPanels) {
+TEST(FlexibleCapture, SatelliteWithPanels) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load("dual-arm-satellite-panels.yaml", {{"post_impact.duration", "5"}});
   for (PanelSetup& panel : p.targets[0].panels) panel.beam->damping_ratio = 0.1;
@@ -230,7 +230,7 @@ TEST(FlexibleCapture, LoadsOnAGraspAreThoseOfTheWholeTarget) {
 }
 
 // Stiffness that nobody can follow is said at once.
-TEST(FlexibleCapture, RefusesVibrationsThatWouldTakeDays) {
+TEST(FlexibleCapture, RejectsExcessivelyFastVibrations) {
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
   for (BodyDescription& body : p.robot.bodies) {
     if (body.beam) body.beam->bending_stiffness_z = 1e15;
@@ -241,7 +241,7 @@ TEST(FlexibleCapture, RefusesVibrationsThatWouldTakeDays) {
 }
 
 // What is flown without knowing that the robot bends misses by what it bends.
-TEST(FlexibleCapture, APlanThatIsFrozenMisses) {
+TEST(FlexibleCapture, UncorrectedPlanMisses) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult planned = completed(quick("thesis/closed-loop.yaml"));
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");

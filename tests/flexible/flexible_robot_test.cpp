@@ -61,7 +61,7 @@ TEST(FlexibleRobot, HasTheMassAndInertiaOfTheRigidOne) {
   EXPECT_NEAR(a.rotational.yz, b.rotational.yz, 1e-12);
 }
 
-TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
+TEST(FlexibleRobot, KeepsAttachmentsInPlace) {
   const RobotSetup robot = with_link(), flexible = flexible_robot(robot);
   ASSERT_TRUE(flexible.undeformed);
   const Model model = model_of(robot);
@@ -95,7 +95,7 @@ TEST(FlexibleRobot, PutsWhatIsOnALinkWhereItWas) {
   EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("base")].description), "base");
 }
 
-TEST(FlexibleRobot, WithoutAnythingThatYieldsIsTheRobot) {
+TEST(FlexibleRobot, WithoutFlexiblePartsEqualsTheRobot) {
   RobotSetup robot = with_link();
   EXPECT_TRUE(is_flexible(robot));
   robot.bodies[1].beam.reset();
@@ -104,7 +104,7 @@ TEST(FlexibleRobot, WithoutAnythingThatYieldsIsTheRobot) {
   EXPECT_FALSE(flexible_robot(robot).undeformed);
 }
 
-TEST(FlexibleRobot, RestsWhereItsSpringsDo) {
+TEST(FlexibleRobot, RestsWithUndeflectedSprings) {
   RobotSetup robot = with_link();
   robot.bodies[2].joint.spring = JointSpring{10, 0, 0.4};
   const RobotSetup rigid = rigid_robot(robot);
@@ -129,7 +129,7 @@ TargetSetup target_with_panels() {
   return target;
 }
 
-TEST(TargetBodies, AreTheWholeTargetAtRest) {
+TEST(TargetBodies, AddUpToTheWholeTarget) {
   const TargetSetup target = target_with_panels();
   ModelBuilder builder;
   for (BodyDescription body : target_bodies(target).bodies) builder.add(std::move(body));
@@ -153,7 +153,7 @@ TEST(TargetBodies, AreTheWholeTargetAtRest) {
   EXPECT_NEAR(total.rotational_about_com().xy, 0, 1e-11);
 }
 
-TEST(TargetBodies, SayWhatPanelsCannotBe) {
+TEST(TargetBodies, RejectInvalidPanels) {
   TargetSetup target = target_with_panels();
   EXPECT_EQ(panel_fault(target), "");
   target.mass = 11;
@@ -170,7 +170,7 @@ TEST(TargetBodies, SayWhatPanelsCannotBe) {
   EXPECT_THAT(panel_fault(target), HasSubstr("panel 'wing': a beam needs"));
 }
 
-TEST(BeamFault, SaysWhatIsWrong) {
+TEST(BeamFault, RejectsInvalidBeams) {
   const auto fault = [](auto change) {
     BodyDescription link = with_link().bodies[1];
     change(link);
@@ -199,7 +199,7 @@ TEST(BeamFault, SaysWhatIsWrong) {
 }
 
 // With what hangs on the link: a load that slows its modes down makes them admissible.
-TEST(BeamFault, SaysWhichModesAreTooManyOrTooFast) {
+TEST(BeamFault, ReportsTooManyOrTooFastModes) {
   RobotSetup robot = only_base(100, 20);
   robot.bodies.push_back(slender_link("beam", "base", JointType::revolute, 1, 2, 2000, 2));
   BodyDescription& link = robot.bodies[1];

@@ -177,7 +177,7 @@ VectorXd moved_rows(const Model& model, const std::vector<LoopClosure>& closures
   return closure_jacobian(model, closures, state) * as_vector(state.v);
 }
 
-TEST(ModalLinks, ForwardDynamicsIsThatOfTheModesAsCoordinates) {
+TEST(ModalLinks, ForwardDynamicsAgreesWithModalCoordinates) {
   std::mt19937 random(5);
   for (const int modes : {1, 2, 4}) {
     const Pair pair(modes);
@@ -214,7 +214,7 @@ TEST(ModalLinks, AllModesAreThePiecesThemselves) {
 }
 
 // Joints of links with a prescribed acceleration, and a whole link that is.
-TEST(ModalLinks, GoesWithPrescribedJoints) {
+TEST(ModalLinks, PrescribedJoints) {
   std::mt19937 random(7);
   const Pair pair(2);
   for (const bool link_too : {false, true}) {
@@ -252,7 +252,7 @@ TEST(ModalLinks, GoesWithPrescribedJoints) {
   }
 }
 
-TEST(ModalLinks, LoopsCloseOverThem) {
+TEST(ModalLinks, LoopsThroughModalLinks) {
   std::mt19937 random(8);
   for (const int modes : {1, 3}) {
     const Pair pair(modes);
@@ -327,7 +327,7 @@ TEST(ModalLinks, LoopsStayClosed) {
 }
 
 // Impacts: against the modes as coordinates, with redundant grasps and held rates.
-TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
+TEST(ModalLinks, ImpactsAgreeWithModalCoordinates) {
   std::mt19937 random(10);
   const Pair pair(2);
   const State state = pair.random_state(random);
@@ -377,7 +377,7 @@ TEST(ModalLinks, ImpactsAreThoseOfTheModesAsCoordinates) {
 
 // Modes of vibration that an impact leaves alone (HeldRate::row), by every law, and what they leave of the inertia:
 // M^-1 - X X^T, X their shapes.
-TEST(FastModes, AreLeftAloneByEveryLaw) {
+TEST(FastModes, AreHeldByEveryImpactLaw) {
   std::mt19937 random(11);
   const Pair pair(2);
   const Model& model = pair.pieces;

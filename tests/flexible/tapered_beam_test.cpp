@@ -113,7 +113,7 @@ TEST(TaperedBeam, VibratesAsKirchhoffFound) {
   EXPECT_NEAR(kTwoPi * wedge[0].frequency / of_wedge, 5.3151 * 0.999 * 0.999, 1e-3);  // measured 1e-4
 }
 
-TEST(TaperedBeam, HasTheMassOfItsNumbersAndTheDampingAskedFor) {
+TEST(TaperedBeam, HasTheStatedMassAndDamping) {
   BodyDescription link = slender_link("beam", "base", JointType::fixed, 2, 1, 1, 12);
   link.beam->bending_stiffness_z.reset();
   for (const auto& [at, m, EI] :
@@ -144,7 +144,7 @@ TEST(TaperedBeam, HasTheMassOfItsNumbersAndTheDampingAskedFor) {
 }
 
 // The same everywhere, by stations: what it is without them.
-TEST(TaperedBeam, OfEqualSectionsIsUniform) {
+TEST(TaperedBeam, EqualSectionsAreUniform) {
   const BeamSection tube = round(0.08, 0.003);
   BodyDescription link = tapered(2.5, tube, tube, 5);
   link.beam->damping_ratio = 0.03;
@@ -165,7 +165,7 @@ TEST(TaperedBeam, OfEqualSectionsIsUniform) {
   }
 }
 
-TEST(TaperedBeam, SaysWhatIsWrong) {
+TEST(TaperedBeam, RejectsInvalidBeams) {
   const auto fault = [](auto change) {
     BodyDescription link = tapered(2, round(0.04), round(0.02), 4);
     change(*link.beam);

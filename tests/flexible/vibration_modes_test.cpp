@@ -87,7 +87,7 @@ void expect_modes(const BodyDescription& panel) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass_matrix(model, state)).eigenvalues()[0], 0);
 }
 
-TEST(VibrationModes, ComeOutAsTheyWerePutIn) { expect_modes(panel_with_modes()); }
+TEST(VibrationModes, AreReproduced) { expect_modes(panel_with_modes()); }
 
 TEST(VibrationModes, MayHaveAnyDirections) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
@@ -154,7 +154,7 @@ TEST(VibrationModes, KeepMomentumAndEnergy) {
   }
 }
 
-TEST(VibrationModes, ThatNoPanelHasAreRefused) {
+TEST(VibrationModes, RejectImpossibleModes) {
   const auto fault = [](auto change) {
     BodyDescription panel = panel_with_modes();
     change(panel);

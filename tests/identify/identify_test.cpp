@@ -132,7 +132,7 @@ TEST(Identification, IsExactOnRandomRobots) {
   EXPECT_LT(worst, 1e-9);  // measured 8e-13
 }
 
-TEST(Identification, OfOneArmIsExactHoweverTheMomentumIsKnownAndTheBaseMeasured) {
+TEST(Identification, IsExactForEveryKnowledgeAndMeasurement) {
   const Model model = robot();
   for (const MeasuredBase base : {MeasuredBase::twist, MeasuredBase::rotation}) {
     for (const bool known : {true, false}) {
@@ -155,7 +155,7 @@ TEST(Identification, OfOneArmIsExactHoweverTheMomentumIsKnownAndTheBaseMeasured)
 
 // The momentum of models that differ in the target alone, through ModelBuilder and momentum_about(), and normal
 // equations: nothing in common with the regressor but the mechanics.
-TEST(Identification, AgreesWithDifferencesOfWholeModels) {
+TEST(Identification, AgreesWithFiniteDifferences) {
   const Model model = robot();
   Random random(3);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -227,7 +227,7 @@ TEST(Identification, CountsKnownImpulses) {
 
 // --- Not all is ---
 
-TEST(Identification, SaysThatRestShowsNothing) {
+TEST(Identification, RestDeterminesNothing) {
   const Model model = robot();
   Random random(1);
   const IdentifiedBody found =
@@ -240,7 +240,7 @@ TEST(Identification, SaysThatRestShowsNothing) {
 
 // Bodies locked together tumble as one. Known momentum shows all of it; unknown momentum leaves the total mass, and
 // the size of the total inertia, open: (16.9).
-TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
+TEST(Identification, LockedJointsWithUnknownMomentumGiveRatiosOnly) {
   const Model model = robot();
   Random random(2);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {.joints_move = false});
@@ -268,7 +268,7 @@ TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
 }
 
 // In a plane: mass, two coordinates of the centre of mass, and the inertia about the plane's normal.
-TEST(Identification, OfPlanarMotionGivesWhatAPlaneShows) {
+TEST(Identification, PlanarMotionDeterminesPlanarParameters) {
   const Model model = robot_with(kMass, {0.3, -0.2, 0}, Symmetric3d::diagonal(5, 7, 9), true);
   Random random(4);
   const Momentumd total{{0, 0, 3}, {1, 2, 0}};
@@ -292,7 +292,7 @@ TEST(Identification, OfPlanarMotionGivesWhatAPlaneShows) {
   EXPECT_EQ(found.impossible, "");
 }
 
-TEST(Identification, NamesWhatIsImpossible) {
+TEST(Identification, ReportsImpossibleParameters) {
   const Model model = robot();
   Random random(6);
   std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -338,7 +338,7 @@ Statistics draw(const Model& model, const std::vector<MotionSample>& samples, co
   return all;
 }
 
-TEST(Identification, ErrsAsMuchAsItSays) {
+TEST(Identification, ErrorsMatchTheDeviations) {
   SKIP_UNDER_SANITIZERS();
   const Model model = robot();
   const RateNoise noise{5e-3, 3e-3, 8e-3};  // about two per cent of the rates
@@ -357,7 +357,7 @@ TEST(Identification, ErrsAsMuchAsItSays) {
   }
 }
 
-TEST(Identification, IsNotDeceivedByNoiseWhereNothingIsToBeSeen) {
+TEST(Identification, NoiseAloneDeterminesNothing) {
   const Model model = robot();
   Random random(9);
   const RateNoise noise{1e-3, 1e-3, 1e-3};
@@ -400,7 +400,7 @@ std::string refusal(const std::function<void()>& call) {
   return "no refusal";
 }
 
-TEST(Identification, RefusesWhatHasNoMeaning) {
+TEST(Identification, RejectsInvalidTasks) {
   const Model model = robot();
   Random random(1);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {});
@@ -420,7 +420,7 @@ TEST(Identification, RefusesWhatHasNoMeaning) {
               ::testing::HasSubstr("root of its tree"));
 }
 
-TEST(Identification, SaysInWordsWhatIsUnseen) {
+TEST(Identification, DescribesTheNullSpace) {
   UnseenChange unseen;
   unseen.parameter = 0;
   unseen.change = {1, 0.3, 0, -0.1, 0, 0, 2, 0, 0, 0};

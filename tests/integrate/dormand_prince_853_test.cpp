@@ -311,7 +311,7 @@ TEST(DormandPrince853, DerivativeMayBeResetWhereTheRightHandSideSwitches) {
 }
 
 // Quadratures behind the controlled part are integrated to the same order but do not influence the steps.
-TEST(DormandPrince853, UncontrolledComponentsAreCarriedAlong) {
+TEST(DormandPrince853, UncontrolledComponentsAreIntegrated) {
   const auto with_work = [](double t, std::span<const double> y, std::span<double> dydt) {
     Kepler{}(t, y.first(4), dydt.first(4));
     dydt[4] = 1e6 * (dydt[2] * y[2] + dydt[3] * y[3]);  // a million times the rate of kinetic energy

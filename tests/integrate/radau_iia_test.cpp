@@ -115,7 +115,7 @@ TEST(RadauIIA, StepsFollowTheTolerance) {
 
 // A step made again to end earlier has the end's accuracy, not the polynomial's; and one that ends where it began is
 // none.
-TEST(RadauIIA, StepsEndWhereTheyAreTold) {
+TEST(RadauIIA, StepsEndAtGivenTimes) {
   RadauIIA radau = radau_with(held_to_cosine(1), cosine_at(0), 1e-7, 0.25);
   radau.limit_step(0.25);
   ASSERT_TRUE(radau.step(10));
@@ -140,7 +140,7 @@ TEST(RadauIIA, StepsEndWhereTheyAreTold) {
 
 // The last points that were asked for together are the stages of the step that was made, and the step's end is not
 // asked for again.
-TEST(RadauIIA, LooksAtTheStagesLast) {
+TEST(RadauIIA, EvaluatesTheStagesLast) {
   const StiffSystem inner = held_to_cosine(0.1);
   Vector times, begin;
   std::vector<int> alone;  // how often a step's beginning was asked for
@@ -164,7 +164,7 @@ TEST(RadauIIA, LooksAtTheStagesLast) {
   EXPECT_LT(largest_difference(radau.y(), cosine_at(radau.time())), 1e-7);  // measured 8.9e-9
 }
 
-TEST(RadauIIA, SaysWhenNoStepSucceeds) {
+TEST(RadauIIA, ReportsWhenNoStepSucceeds) {
   const StiffSystem broken{1, 1, 0, at_each([](double t, std::span<const double> y, std::span<double> dydt) {
                              dydt[0] = y[1];
                              dydt[1] = t > 0.1 ? NAN : -y[0];

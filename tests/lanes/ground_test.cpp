@@ -110,7 +110,7 @@ TEST(LaneGround, BitsDependOnTheCaseAlone) {
 }
 
 // Loops close on bases that float.
-TEST(LaneGround, LoopsOnAHeldBaseAreForCasesAlone) {
+TEST(LaneGround, LoopsOnAHeldBaseAreNotSupported) {
   Phase p = held_phases(152, 1, {})[0];
   ASSERT_GE(p.model.bodies().size(), 3U);
   PhaseSetup setup = p.setup;

@@ -94,7 +94,7 @@ std::vector<Phase> phases_of(int index, JointControl control, std::optional<Cont
   return phases;
 }
 
-TEST(LaneHandedBack, TheRestIsIntegratedAlone) {
+TEST(LaneHandedBack, RemainderIsIntegratedBySingleRuns) {
   // Measured 7e-14 of free joints; 3e-10 (g++) and 1.6e-9 (clang) where efforts are cut, as of phases that are in lanes
   // to their ends.
   expect_the_same_motion("free", phases_of(160, JointControl::free));
@@ -103,7 +103,7 @@ TEST(LaneHandedBack, TheRestIsIntegratedAlone) {
   expect_the_same_motion("acted on", phases_of(163, JointControl::pd, {}, true));
 }
 
-TEST(LaneHandedBack, SampledControlGoesOn) {
+TEST(LaneHandedBack, SampledControlContinues) {
   expect_the_same_motion("sampled", phases_of(164, JointControl::pd, ControlTiming{0.07, 0}, true));
   expect_the_same_motion("sampled, delayed", phases_of(165, JointControl::pd, ControlTiming{0.07, 0.1}, true));
 }

@@ -46,7 +46,7 @@ bool same_bits(const LaneResults& x, const LaneResults& y) {
 
 class LaneKernels : public ::testing::TestWithParam<InstructionSet> {};
 
-TEST_P(LaneKernels, AgreeWithTheDoubleKernels) {
+TEST_P(LaneKernels, AgreeWithScalarKernels) {
   Worst vdot("forward dynamics"), force("forces of prescribed joints"), inverse("inverse dynamics"),
       momenta("momenta of roots"), q("recovered positions"), v("recovered velocities"), motion("poses and twists");
   Worst* worst[] = {&vdot, &force, &inverse, &momenta, &q, &v, &motion};

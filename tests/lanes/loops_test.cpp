@@ -198,7 +198,7 @@ Phase planar_loop(const PlanarLoop& loop, Random& random, bool near = true) {
   return p;
 }
 
-TEST(LaneLoops, InAPlaneHaveRowsForWhatMoves) {
+TEST(LaneLoops, PlanarLoopsHaveRowsForMovableDirections) {
   const double tilt = 0.6;
   const Vector3d tilted{0, std::sin(tilt), std::cos(tilt)}, across{1, 0, 0};
   using enum GraspModel;
@@ -229,7 +229,7 @@ TEST(LaneLoops, InAPlaneHaveRowsForWhatMoves) {
 }
 
 // Axes that are parallel but for more than rounding have all rows: whether they count is for the rank.
-TEST(LaneLoops, AreInAPlaneWhereAxesAreParallelToRounding) {
+TEST(LaneLoops, PlanarityIsDecidedToRoundingError) {
   Random random(13);
   for (const double tilt : {1e-9, 1e-15}) {
     const Phase p =
@@ -240,7 +240,7 @@ TEST(LaneLoops, AreInAPlaneWhereAxesAreParallelToRounding) {
 }
 
 // A grasp that is open across the plane cannot be closed by its joints: it leaves the lanes.
-TEST(LaneLoops, LeaveWhereAPlaneKeepsThemOpen) {
+TEST(LaneLoops, LeaveIfPlanarLoopsCannotClose) {
   Random random(12);
   std::vector<Phase> phases;
   for (int i = 0; i < 5; ++i) phases.push_back(planar_loop({"rigid", 1, 2}, random));
@@ -346,7 +346,7 @@ Phase stretched(double bend) {
   return p;
 }
 
-TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
+TEST(LaneLoops, LeaveWhenRanksAreDoubtful) {
   const std::vector<Phase> phases{stretched(0.3), stretched(1e-6), stretched(0), stretched(0.2), stretched(2e-6)};
   for (InstructionSet set : supported_instruction_sets()) {
     SCOPED_TRACE(std::string(name(set)));
@@ -364,7 +364,7 @@ TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
 }
 
 // Joints that are driven against the loop: no motion there is, in lanes or alone.
-TEST(LaneLoops, LeaveWhereDrivesContradictThem) {
+TEST(LaneLoops, LeaveWhenDrivesContradict) {
   std::vector<Phase> phases;
   for (int i = 0; i < 5; ++i) {
     Phase p = stretched(0.3 + 0.1 * i);
@@ -388,7 +388,7 @@ TEST(LaneLoops, LeaveWhereDrivesContradictThem) {
   }
 }
 
-TEST(LaneLoops, AreOnesThatProjectionKeepsClosed) {
+TEST(LaneLoops, RequireProjection) {
   Phase p = stretched(0.3);
   EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "");
   p.setup.loop_feedback = 10;

@@ -182,7 +182,7 @@ TEST(LaneOutside, BitsDependOnTheCaseAlone) {
 }
 
 // A case that ends early leaves its lane to numbers that can be evaluated, here with loads of their own.
-TEST(LaneOutside, AFailingCaseHarmsNoOther) {
+TEST(LaneOutside, FailingCaseDoesNotAffectOthers) {
   std::vector<Phase> phases = phases_with(everything(), 70, 12);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
   const Outcomes sound = run(structure, phases, all_of(phases), InstructionSet::one_lane);

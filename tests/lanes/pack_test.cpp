@@ -122,7 +122,7 @@ bool same(double x, double y) {
 
 class PackTest : public ::testing::TestWithParam<InstructionSet> {};
 
-TEST_P(PackTest, ArithmeticRoundsAsTheGrammarSays) {
+TEST_P(PackTest, ArithmeticRoundsAsSpecified) {
   const PackChecks& pack = checks(GetParam());
   const bool fused = GetParam() != InstructionSet::sse2;
   const Triples t = triples();
@@ -149,10 +149,10 @@ TEST_P(PackTest, SomeProductsNeedOneRounding) {
   EXPECT_GT(different, 1000);
 }
 
-TEST_P(PackTest, MasksAndLanesAreReadAndWrittenOneByOne) { EXPECT_EQ(checks(GetParam()).masks(), 0); }
+TEST_P(PackTest, MasksAndLanesAreAccessible) { EXPECT_EQ(checks(GetParam()).masks(), 0); }
 
 // 2 atan2(s, |w|) / s in all octants, near their borders, for quaternions of any norm, and where s is next to nothing.
-TEST_P(PackTest, TurnsOfQuaternionsAreTheLibrarys) {
+TEST_P(PackTest, QuaternionAnglesAgreeWithTheLibrary) {
   std::vector<double> s, w;
   const double borders[] = {0, 1e-200, 1e-9, 0.1, M_PI / 8, 0.5, M_PI / 4, 1, 3 * M_PI / 8, 1.3, M_PI / 2};
   for (const double angle : borders) {
@@ -184,7 +184,7 @@ TEST_P(PackTest, TurnsOfQuaternionsAreTheLibrarys) {
   std::printf("[ measured ] relative error %.2g\n", worst);
 }
 
-TEST_P(PackTest, WidthIsTheSets) {
+TEST_P(PackTest, WidthMatchesTheSet) {
   EXPECT_EQ(checks(GetParam()).width, lane_count(GetParam()));
   EXPECT_EQ(kernels(GetParam()).width, lane_count(GetParam()));
 }

@@ -10,7 +10,7 @@
 namespace grapnel::testing {
 namespace phase_test {
 
-TEST(LanePhase, FreeJointsAgreeWithOneAtATime) { expect_alike("free", random_phases(1, 11, {}), 3e-10); }
+TEST(LanePhase, FreeJointsAgree) { expect_alike("free", random_phases(1, 11, {}), 3e-10); }
 
 TEST(LanePhase, FreeSphericalJointsAgree) {
   Kind kind;
@@ -64,7 +64,7 @@ TEST(LanePhase, SampledControlAgrees) {
   }
 }
 
-TEST(LanePhase, SampledCasesHaveTheirBitsAlone) {
+TEST(LanePhase, SampledBitsDependOnTheCaseAlone) {
   Kind kind;
   kind.control = JointControl::pd;
   kind.friction = kind.attitude = true;
@@ -73,7 +73,7 @@ TEST(LanePhase, SampledCasesHaveTheirBitsAlone) {
 }
 
 // Gains too high for the period: the rates grow, and the run is given up as the one alone is.
-TEST(LanePhase, UnstableSampledControlIsSaid) {
+TEST(LanePhase, UnstableSampledControlIsReported) {
   Kind kind;
   kind.control = JointControl::pd;
   kind.sampled = ControlTiming{0.05, 0};
@@ -126,7 +126,7 @@ TEST(LanePhase, APhaseWithoutExtentEndsWhereItStarts) {
   }
 }
 
-TEST(LanePhase, RejectsWhatDoesNotFit) {
+TEST(LanePhase, RejectsInvalidCases) {
   const std::vector<Phase> phases = random_phases(11, 2, {});
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
   const auto once = [&](auto change) {
@@ -198,7 +198,7 @@ TEST(LanePhase, MemoryDoesNotGrow) {
   EXPECT_NEAR(static_cast<double>(late), static_cast<double>(early), 4096);
 }
 
-TEST(LanePhase, RejectsAPrescribedJointThatStandsStillWithARate) {
+TEST(LanePhase, RejectsAPrescribedJointAtRestWithARate) {
   Kind kind;
   kind.control = JointControl::prescribed;
   const Phase p = random_phases(8, 1, kind)[0];
@@ -229,7 +229,7 @@ TEST(LanePhase, BitsDependOnTheCaseAlone) {
   }
 }
 
-TEST(LanePhase, AFailingCaseHarmsNoOther) {
+TEST(LanePhase, FailingCaseDoesNotAffectOthers) {
   Kind kind;
   kind.control = JointControl::pd;
   std::vector<Phase> phases = random_phases(30, 12, kind);

@@ -69,7 +69,7 @@ TEST(LaneSprings, BitsDependOnTheCaseAlone) {
 }
 
 // What dampers take is integrated for one tree.
-TEST(LaneSprings, OfATargetMayNotDamp) {
+TEST(LaneSprings, TargetDampersAreNotSupported) {
   Phase p = flexible_phases(7, 1, JointControl::free, 0.01)[0];
   EXPECT_EQ(lane_obstacle(p.model, p.setup, {}), "");
   ModelBuilder builder(p.model);

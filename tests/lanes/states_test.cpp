@@ -86,7 +86,7 @@ std::vector<double> numbers_of(const std::vector<LinkMotion<double>>& links) {
   return numbers;
 }
 
-TEST(States, AreWhatDynamicsComputesOfOne) {
+TEST(States, AgreeWithScalarDynamics) {
   Worst motion("motion"), forward("forward dynamics"), inverse("inverse dynamics"), mass("mass matrix");
   for (const InstructionSet set : supported_instruction_sets()) {
     for (int i = 0; i < 12; ++i) {
@@ -118,7 +118,7 @@ TEST(States, AreWhatDynamicsComputesOfOne) {
   }
 }
 
-TEST(States, DependOnTheirOwnCaseAlone) {
+TEST(States, DependOnTheCaseAlone) {
   Random random(3);
   const Model model = some_model(1, random);
   Cases all = some_cases(model, 13, random);
@@ -167,7 +167,7 @@ TEST(States, RowsThatAreAbsentAreZeroAndOneRowServesAll) {
 }
 
 // Motion, but no dynamics: that would be of joints that move by themselves.
-TEST(States, RefuseJointsThatMoveByModes) {
+TEST(States, RejectModalJoints) {
   ModelBuilder builder;
   BodyDescription body;
   body.name = "base", body.joint.type = JointType::free;

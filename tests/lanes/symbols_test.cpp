@@ -47,7 +47,7 @@ std::string run(const std::string& command) {
   return output;
 }
 
-TEST(Symbols, OfLaneFilesCarryTheirSet) {
+TEST(Symbols, CarryTheirSet) {
   std::istringstream objects(GRAPNEL_LANE_OBJECTS);
   int checked = 0;
   for (std::string object; std::getline(objects, object, '|');) {
@@ -64,7 +64,7 @@ TEST(Symbols, OfLaneFilesCarryTheirSet) {
   EXPECT_GT(checked, 0);
 }
 
-TEST(Symbols, WithoutTheirSetAreFound) {
+TEST(Symbols, UntaggedSymbolsAreFound) {
   const std::string symbols =
       "0000000000000000 W _ZNSt6vectorIdSaIdEE9push_backERKd\n"
       "0000000000000000 W _ZN7grapnel5lanes4sumsINS0_4Avx2EEEvv\n"

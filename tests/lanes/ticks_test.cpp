@@ -187,7 +187,7 @@ TEST(LanePhase, SampledThrustersAgree) {
 }
 
 // A structure for all these, with orbits and loads beside them.
-TEST(LanePhase, SampledCasesThatAreAskedHaveTheirBitsAlone) {
+TEST(LanePhase, SampledBitsByCaseDependOnTheCaseAlone) {
   Kind kind;
   kind.control = JointControl::pd, kind.friction = kind.attitude = true;
   std::vector<Phase> phases = sampled_phases(45, 13, kind, 0.1, 0.03);
@@ -205,7 +205,7 @@ TEST(LanePhase, SampledCasesThatAreAskedHaveTheirBitsAlone) {
 }
 
 // It ends its case where it would end it alone, with the same message, and no other.
-TEST(LanePhase, SampledControllersMayGiveUp) {
+TEST(LanePhase, SampledControllersMayFail) {
   Kind kind;
   kind.control = JointControl::pd;
   std::vector<Phase> phases = sampled_phases(46, 10, kind, 0.05, 0.02);
@@ -232,7 +232,7 @@ TEST(LanePhase, SampledControllersMayGiveUp) {
   }
 }
 
-TEST(LanePhase, SampledCasesNeedSomebodyToAsk) {
+TEST(LanePhase, SampledCasesRequireAControl) {
   std::vector<Phase> phases = sampled_phases(47, 1, {}, 0.05, 0);
   control_by_own(phases[0]);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());

@@ -126,7 +126,7 @@ TEST(LaneWheels, ArraysAgree) {
   expect_wheels_alike("two wheels", {slanted(2, random)}, 83);
 }
 
-TEST(LaneWheels, MotorsAtTheirLargestTorquesAgree) { expect_wheels_alike("largest torques", {pyramid(), 0.3}, 84); }
+TEST(LaneWheels, SaturatedMotorsAgree) { expect_wheels_alike("largest torques", {pyramid(), 0.3}, 84); }
 
 TEST(LaneWheels, AgreeUnderEveryDriveAndGravity) {
   Wheels wheels{pyramid()};
@@ -209,7 +209,7 @@ class OneByOne final : public Controller {
 };
 
 // Without attitude control, and without a torque on the base: its actuators are told one by one.
-TEST(LaneWheels, SampledTorquesOneByOneAgree) {
+TEST(LaneWheels, SampledIndividualTorquesAgree) {
   expect_asked_alike("one by one", asked_phases(98, [](Phase& p) {
                        p.setup.commanded_root = p.setup.attitude->root;
                        p.setup.attitude.reset();
@@ -286,14 +286,14 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
   }
 }
 
-TEST(LaneWheels, LeaveNearLargestRates) {
+TEST(LaneWheels, LeaveNearMaximumRates) {
   expect_to_leave_near_largest_rates({});
   Kind sampled;
   sampled.sampled = ControlTiming{0.1, 0.15};
   expect_to_leave_near_largest_rates(sampled);
 }
 
-TEST(LaneWheels, NeedAttitudeControl) {
+TEST(LaneWheels, RequireAttitudeControl) {
   std::vector<Phase> phases = phases_with({kOrthogonal}, 94, 1);
   PhaseSetup setup = phases[0].setup;
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");

@@ -35,7 +35,7 @@ Open random_open(int index) {
 }
 MaximalLoads loads_of(const Forces& forces) { return {forces.generalized, forces.external, forces.gravity, {}, {}}; }
 
-TEST(MaximalSystem, BodiesAreWhereForwardKinematicsPutsThem) {
+TEST(MaximalSystem, BodyPosesAgreeWithForwardKinematics) {
   Worst pose("poses"), twist("twists");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -52,7 +52,7 @@ TEST(MaximalSystem, BodiesAreWhereForwardKinematicsPutsThem) {
   }
 }
 
-TEST(MaximalSystem, OpenTreesMoveAsTheRecursionSays) {
+TEST(MaximalSystem, OpenTreesAgreeWithTheRecursion) {
   Worst worst("accelerations");  // measured 2e-14
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -65,7 +65,7 @@ TEST(MaximalSystem, OpenTreesMoveAsTheRecursionSays) {
   }
 }
 
-TEST(MaximalSystem, PrescribedMotionsTakeTheForcesOfTheRecursion) {
+TEST(MaximalSystem, PrescribedMotionForcesAgreeWithTheRecursion) {
   Worst accelerations("accelerations"), forces("forces");  // measured 9e-14, 1e-13
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -92,7 +92,7 @@ TEST(MaximalSystem, PrescribedMotionsTakeTheForcesOfTheRecursion) {
   }
 }
 
-TEST(MaximalSystem, IntegrationIsOfFourthOrderAndKeepsMomentum) {
+TEST(MaximalSystem, IntegrationHasOrderFourAndConservesMomentum) {
   RobotOptions options;
   options.least_bodies = options.most_bodies = 5;
   Random random(3);

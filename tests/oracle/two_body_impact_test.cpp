@@ -29,7 +29,7 @@ Eigen::Vector3d momentum(const PlanarBody& x, const Eigen::Vector2d& v, double w
   return {p[0], p[1], x.inertia * w + cross2(x.com, p)};
 }
 
-TEST(TwoBodyImpact, KeepsMomentumAndItsOwnLaw) {
+TEST(TwoBodyImpact, ConservesMomentumAndSatisfiesItsLaw) {
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);

@@ -29,7 +29,7 @@ ReachProblem thesis_pair(const Servicer& s, double distance) {
   return p;
 }
 
-TEST(ArmsOnOneTarget, SaysThatPointsAreTooFarApart) {
+TEST(ArmsOnOneTarget, ReportsPointsTooFarApart) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   const ReachSolution r = plan_reach(base, thesis_pair(s, 7.4));
@@ -40,7 +40,7 @@ TEST(ArmsOnOneTarget, SaysThatPointsAreTooFarApart) {
             "apart; a gap of 0.4 m remains between 'tip-2' and 'left' when 'tip-1' is at 'right'");
 }
 
-TEST(ArmsOnOneTarget, SaysThatPointsAreTooNear) {
+TEST(ArmsOnOneTarget, ReportsPointsTooClose) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 6.5);
@@ -61,7 +61,7 @@ TEST(ArmsOnOneTarget, SaysThatPointsAreTooNear) {
 }
 
 // The points lie along x, one hand is to point along y, the other along z: no plane of both arms holds all three.
-TEST(ArmsOnOneTarget, SaysThatOrientationsDoNotFit) {
+TEST(ArmsOnOneTarget, ReportsIncompatibleOrientations) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -114,7 +114,7 @@ ReachProblem boom_problem(const Servicer& s, const std::vector<std::pair<std::st
 }
 
 // nose to up takes the boom one way, nose to down the other way.
-TEST(ArmsOnOneTarget, FindsThreePointsOfWhichAnyTwoFit) {
+TEST(ArmsOnOneTarget, ReportsThreeIncompatiblePointsWithCompatiblePairs) {
   const Servicer s = boom();
   FloatingBase base(s.model, true);
   const double d = std::sqrt(1.9 * 1.9 - 1);
@@ -134,7 +134,7 @@ TEST(ArmsOnOneTarget, FindsThreePointsOfWhichAnyTwoFit) {
 }
 
 // Places of no common target, of hands on one joint.
-TEST(ArmsOnOneTarget, NamesTheJointThatTwoArmsShare) {
+TEST(ArmsOnOneTarget, NamesTheSharedJoint) {
   const Servicer s = boom();
   FloatingBase base(s.model, false);
   const double a = 0.3;
@@ -149,7 +149,7 @@ TEST(ArmsOnOneTarget, NamesTheJointThatTwoArmsShare) {
 }
 
 // Points that fit each other but are out of reach: the hand that fails is named with its point.
-TEST(ArmsOnOneTarget, NamesThePointThatIsOutOfReach) {
+TEST(ArmsOnOneTarget, NamesTheUnreachablePoint) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -162,7 +162,7 @@ TEST(ArmsOnOneTarget, NamesThePointThatIsOutOfReach) {
 }
 
 // Everything can be reached, but not with the speed asked for.
-TEST(ArmsOnOneTarget, CountsTheInitialGuessesThatWereTried) {
+TEST(ArmsOnOneTarget, ReportsTheNumberOfInitialGuesses) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 1);
@@ -179,7 +179,7 @@ TEST(ArmsOnOneTarget, CountsTheInitialGuessesThatWereTried) {
 }
 
 // Two planar arms come as far apart as their lengths say, and no further.
-TEST(RandomPair, ComesAsFarApartAsItsChainIsLong) {
+TEST(RandomPair, GapAgreesWithTheChainLength) {
   Worst worst("gap against lengths [m]");
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -24,7 +24,7 @@ Vector6d direction(Random& random) {
   return xi;
 }
 
-TEST(FloatingBase, TwistIsThatOfTheMassMatrix) {
+TEST(FloatingBase, TwistAgreesWithTheMassMatrix) {
   Worst worst("base twist against base_twist_from_momentum");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -42,7 +42,7 @@ TEST(FloatingBase, TwistIsThatOfTheMassMatrix) {
   }
 }
 
-TEST(FloatingBase, GeneralizedJacobianIsTheOneOfDynamics) {
+TEST(FloatingBase, GeneralizedJacobianAgreesWithDynamics) {
   Worst worst("generalized Jacobian");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -64,7 +64,7 @@ TEST(FloatingBase, GeneralizedJacobianIsTheOneOfDynamics) {
   }
 }
 
-TEST(FloatingBase, DerivativesAreThoseOfDifferences) {
+TEST(FloatingBase, DerivativesAgreeWithFiniteDifferences) {
   Worst per_angle("dV/dtheta"), per_rate("dV/drate"), per_displacement("displacement rate");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -105,7 +105,7 @@ TEST(FloatingBase, DerivativesAreThoseOfDifferences) {
   }
 }
 
-TEST(FloatingBase, FrameTwistsChangeAsDifferencesSay) {
+TEST(FloatingBase, FrameTwistDerivativesAgreeWithFiniteDifferences) {
   Worst worst("change of a frame's twist with joint values");
   for (int i = 0; i < kServicers; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -136,7 +136,7 @@ TEST(FloatingBase, FrameTwistsChangeAsDifferencesSay) {
   }
 }
 
-TEST(FloatingBase, StandsStillWhereItIsHeld) {
+TEST(FloatingBase, HeldBaseHasZeroTwist) {
   const Servicer s = random_servicer(3);
   FloatingBase base(s.model, false);
   base.place(s.theta());
@@ -149,7 +149,7 @@ TEST(FloatingBase, StandsStillWhereItIsHeld) {
   EXPECT_EQ((J - J_g).norm(), 0);
 }
 
-TEST(FloatingBase, RefusesAForest) {
+TEST(FloatingBase, RejectsAForest) {
   RobotOptions options;
   options.targets = 1;
   Random random(1);

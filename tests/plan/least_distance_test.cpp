@@ -17,7 +17,7 @@ Eigen::MatrixXd random_matrix(std::mt19937& generator, Eigen::Index rows, Eigen:
 }
 
 // x - c is made of rows that hold x, none of them pulling the other way.
-TEST(LeastDistance, IsNearestWhereTheRowsCanBeKept) {
+TEST(LeastDistance, IsMinimalForFeasibleRows) {
   double farthest = 0;
   for (unsigned seed = 0; seed < 50; ++seed) {
     std::mt19937 generator(seed);
@@ -46,7 +46,7 @@ TEST(LeastDistance, IsNearestWhereTheRowsCanBeKept) {
 }
 
 // Two rows that contradict each other by 1 give way by a half each, and the others do not matter.
-TEST(LeastDistance, GivesWayEvenlyWhereTheyCannot) {
+TEST(LeastDistance, RelaxesInfeasibleRowsEqually) {
   Eigen::MatrixXd A(3, 2);
   A << 1, 0, -1, 0, 0, 1;
   const Eigen::Vector3d b{0, -1, 5};
@@ -57,7 +57,7 @@ TEST(LeastDistance, GivesWayEvenlyWhereTheyCannot) {
 }
 
 // What nothing is asked of stays where it is.
-TEST(LeastDistance, OfNoRowsIsThePointItself) {
+TEST(LeastDistance, WithoutRowsReturnsThePoint) {
   const Eigen::Vector3d c{1, -2, 3};
   const LeastDistance found = nearest_below(Eigen::MatrixXd(0, 3), Eigen::VectorXd(0), c);
   EXPECT_EQ(found.x, c);
@@ -66,7 +66,7 @@ TEST(LeastDistance, OfNoRowsIsThePointItself) {
 
 // Rows that say the same, among them one that asks for less and one that is another's multiple, move the point as one
 // of them does.
-TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
+TEST(LeastDistance, EqualRowsCountOnce) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 generator(seed);
     const Eigen::MatrixXd a = random_matrix(generator, 1, 6);
@@ -91,7 +91,7 @@ TEST(LeastDistance, OfEqualRowsIsThatOfOne) {
 }
 
 // One after the other, down or up, they are what each is by itself.
-TEST(LeastDistance, IsTheSameWhateverWasSolvedBefore) {
+TEST(LeastDistance, IsIndependentOfEarlierSolutions) {
   double different = 0, farthest = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 generator(seed);
@@ -111,7 +111,7 @@ TEST(LeastDistance, IsTheSameWhateverWasSolvedBefore) {
 }
 
 // The more a row may give way the less far the point is.
-TEST(LeastDistance, GivesWayForAShorterWay) {
+TEST(LeastDistance, RelaxationReducesTheDistance) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Constant(1, 1, 2);
   const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2), c = Eigen::VectorXd::Zero(1);
   double before = 1.001;

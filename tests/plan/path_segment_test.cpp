@@ -55,7 +55,7 @@ Posed simulated_end(const Flight& f, const PhaseSetup& setup) {
   return root_pose(f.servicer.model, outcome.end_state, 0);
 }
 
-TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
+TEST(PathSegment, AgreesWithForwardDynamics) {
   Worst position("end of a segment against the simulation [m]"), angle("the same [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -72,7 +72,7 @@ TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
 }
 
 // Attitude control that feeds forward what the joints' motion takes keeps a base exactly that is at rest to begin with.
-TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
+TEST(PathSegment, AttitudeControlledBaseAgreesWithSimulation) {
   Worst position("end of a segment with the attitude kept against the simulation [m]");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -107,7 +107,7 @@ TEST(PathSegment, OfABaseThatKeepsItsAttitudeEndsWhereTheControlledOneEnds) {
   }
 }
 
-TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
+TEST(PathSegment, SensitivitiesAgreeWithFiniteDifferences) {
   Worst worst("sensitivities of the base's end");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -137,7 +137,7 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
 }
 
 // What a search takes for good is good enough for it, and costs less.
-TEST(PathSegment, SearchesWithLessAccuracyAndWork) {
+TEST(PathSegment, SearchAccuracyReducesTheCost) {
   Worst angle("end of a segment as a search sees it [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -154,7 +154,7 @@ TEST(PathSegment, SearchesWithLessAccuracyAndWork) {
   }
 }
 
-TEST(PathSegment, SaysThatItsNodesDoNotResolveTheMotion) {
+TEST(PathSegment, ReportsUnresolvedMotion) {
   Flight f = random_flight(0);
   for (double& rate : f.rate) rate *= 1e6;
   FloatingBase base(f.servicer.model, true);

@@ -29,7 +29,7 @@ Posed displaced(const Posed& X, int k, double h) {
   return k < 3 ? Posed{X.R * rotation_about(axis, h), X.p} : Posed{X.R, X.p + X.R * (h * axis)};
 }
 
-TEST(RateSensitivity, IsThatOfDifferences) {
+TEST(RateSensitivity, AgreesWithFiniteDifferences) {
   Worst worst("change of demanded rates, relative");
   int redundant = 0, short_of = 0;
   for (int i = 0; i < 40; ++i) {

@@ -51,7 +51,7 @@ TEST(ThesisPlan, ReferenceSolutions) {
   }
 }
 
-TEST(ThesisPlan, JacobianIsThatOfDifferences) {
+TEST(ThesisPlan, JacobianAgreesWithFiniteDifferences) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   for (RateDemand demand : {RateDemand::given, RateDemand::velocity, RateDemand::twist, RateDemand::linear}) {
@@ -68,7 +68,7 @@ TEST(ThesisPlan, JacobianIsThatOfDifferences) {
   }
 }
 
-TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
+TEST(ThesisPlan, ObjectivesSelectAmongSolutions) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   const auto distance = [](const std::vector<double>& a, const std::vector<double>& b) {
@@ -134,7 +134,7 @@ TEST(ThesisPlan, StaysWithinLimits) {
   }
 }
 
-TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
+TEST(ThesisPlan, ReportsAnArmThatIsTooShort) {
   SKIP_UNDER_SANITIZERS();
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -150,7 +150,7 @@ TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
   EXPECT_LT(r.miss[0].distance, 2.6);
 }
 
-TEST(ThesisPlan, NamesTheLimitThatStopsIt) {
+TEST(ThesisPlan, NamesTheActiveLimit) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);
@@ -163,7 +163,7 @@ TEST(ThesisPlan, NamesTheLimitThatStopsIt) {
   EXPECT_NE(r.failure.find(" limit "), std::string::npos) << r.failure;
 }
 
-TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
+TEST(ThesisPlan, ReportsTheSingularDirection) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::velocity);
@@ -178,7 +178,7 @@ TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
 }
 
 // A hand 0.02 m out of its arm's plane: no solution, but the closest attempt will do for a goal that accepts as much.
-TEST(ThesisPlan, TakesWhatAGoalAccepts) {
+TEST(ThesisPlan, UsesTheAcceptedErrorsOfAGoal) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::velocity);
@@ -195,7 +195,7 @@ TEST(ThesisPlan, TakesWhatAGoalAccepts) {
 }
 
 // Goals from a flight, so that a solution exists; the search starts away from it, or anywhere.
-TEST(RandomPlan, FindsWhatAFlightHasReached) {
+TEST(RandomPlan, ReachesGoalsOfASimulation) {
   Worst worst("position error of planned random robots [m]");
   int solved = 0, tried = 0;
   for (int i = 0; i < 30; ++i) {
@@ -244,7 +244,7 @@ TEST(RandomPlan, FindsWhatAFlightHasReached) {
   EXPECT_GE(solved, 27);  // a solution exists; a search may miss it
 }
 
-TEST(Plan, RefusesWrongSizes) {
+TEST(Plan, RejectsWrongSizes) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);

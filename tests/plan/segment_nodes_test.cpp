@@ -113,7 +113,7 @@ TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
 }
 
 // What nobody keeps is computed in the same place over and over again: nothing of it may matter.
-TEST(SegmentNodes, EndWithTheSameBitsWhetherTheWayIsKeptOrNot) {
+TEST(SegmentNodes, BitsAreIndependentOfStoredNodes) {
   for (int i = 0; i < kFlights; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
@@ -134,7 +134,7 @@ TEST(SegmentNodes, EndWithTheSameBitsWhetherTheWayIsKeptOrNot) {
 
 // Where a node's links are, their inertias and k_j are what FloatingBase says of its joint values, bit for bit; and
 // with no angular momentum the base's angular velocity changes by its g_j.
-TEST(SegmentNodes, AreThoseOfTheFloatingBase) {
+TEST(SegmentNodes, AgreeWithTheFloatingBase) {
   Worst turning("base's angular velocity per unknown against FloatingBase's g_j and k_j, relative");
   int turned = 0;
   for (int i = 0; i < kFlights; ++i) {

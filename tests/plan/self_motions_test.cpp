@@ -53,7 +53,7 @@ constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Or
 
 // Forty steps are too few for a target that turns several times: what they violate is not. With their error unknown
 // 10 of 43 of these demands were refused.
-TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
+TEST(SelfMotions, CoarseStepsRejectNoFeasibleCase) {
   int cases = 0;
   for (const double turns : {2.0, 4.0, 6.0}) {
     for (int seed = 0; seed < test::repetitions(12); ++seed) {
@@ -76,7 +76,7 @@ TEST(SelfMotions, NothingIsRefusedThatOnlyFewStepsViolate) {
 }
 
 // The estimate is larger than what the integration is off, not by far, and both fall with the steps.
-TEST(SelfMotions, SayHowFarTheyMayBeOff) {
+TEST(SelfMotions, ErrorEstimateBoundsTheError) {
   Worst below("error of an integration over the estimate"), above("the estimate over the error");
   int cases = 0;
   for (const double turns : {1.0, 3.0, 6.0}) {

@@ -138,7 +138,7 @@ TEST(SequentialQuadratic, FollowsACurvedValley) {
 }
 
 // Rosenbrock's valley within the unit circle: known to end at (0.7864, 0.6177).
-TEST(SequentialQuadratic, KeepsWithinARoundEdge) {
+TEST(SequentialQuadratic, StaysWithinACurvedConstraint) {
   Small program;
   program.f = rosenbrock;
   program.rows = {outside_unit_circle};
@@ -149,7 +149,7 @@ TEST(SequentialQuadratic, KeepsWithinARoundEdge) {
   EXPECT_LE(program.violation(), 5e-7);
 }
 
-TEST(SequentialQuadratic, MeetsGoalsThatDependOnEachOther) {
+TEST(SequentialQuadratic, SatisfiesDependentGoals) {
   Small program;
   program.f = linear(0, 1, 2);  // least on the circle at -(1, 2)/sqrt 5
   const Function twice = [](const Eigen::Vector2d& y) {
@@ -163,7 +163,7 @@ TEST(SequentialQuadratic, MeetsGoalsThatDependOnEachOther) {
   EXPECT_NEAR(y[1], -2 / std::sqrt(5), 1e-6);
 }
 
-TEST(SequentialQuadratic, LearnsOfRowsThatItComesAcross) {
+TEST(SequentialQuadratic, AddsRowsDuringTheSearch) {
   Small program;
   program.f = linear(0, -1, -1);
   // A disc, by its tangents: none is known before it is violated.
@@ -183,7 +183,7 @@ TEST(SequentialQuadratic, LearnsOfRowsThatItComesAcross) {
 }
 
 // The place in a triangle that is farthest from its corners: the centre of the circle through them.
-TEST(SequentialQuadratic, MakesTheLeastDistanceMost) {
+TEST(SequentialQuadratic, MaximizesTheMinimumDistance) {
   Small program;
   program.f = linear(0, 0, 0);
   program.distances = {distance_from(0, 0), distance_from(4, 0), distance_from(1, 3)};
@@ -196,7 +196,7 @@ TEST(SequentialQuadratic, MakesTheLeastDistanceMost) {
   EXPECT_NEAR(y[1], 1, 1e-5);
 }
 
-TEST(SequentialQuadratic, EndsSoonWhereNothingKeepsTheRows) {
+TEST(SequentialQuadratic, EndsEarlyForInfeasibleRows) {
   Small program;
   program.f = rosenbrock;
   program.rows = {outside_unit_circle, linear(3, -1, 0)};  // x >= 3 within the circle
@@ -206,7 +206,7 @@ TEST(SequentialQuadratic, EndsSoonWhereNothingKeepsTheRows) {
   EXPECT_GT(program.violation(), 1);
 }
 
-TEST(SequentialQuadratic, LeavesWhatIsNotFree) {
+TEST(SequentialQuadratic, KeepsFixedUnknowns) {
   Small program;
   program.f = rosenbrock;
   std::vector<double> y = {0.5, 2};

@@ -12,7 +12,7 @@ using Orientation = Goal::Orientation;
 
 // Two or three arms, in space or in a plane (where orientations and twists ask for more than there is: rows out of the
 // plane), some on one more common joint.
-TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
+TEST(RandomSharedTarget, IsReachedByAllEndEffectors) {
   Worst worst("error of hands at a shared target [m or rad]"), unmet("demanded motion left unmet [m/s or rad/s]");
   const RateDemand demands[] = {RateDemand::velocity, RateDemand::twist, RateDemand::linear, RateDemand::task};
   int solved = 0, tried = 0, at_once = 0;

@@ -93,7 +93,7 @@ Flown flown(const Servicer& s, FloatingBase& base, const StraightInProblem& p, c
 constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Orientation::axis,
                                                Goal::Orientation::pose};
 
-TEST(StraightIn, ArrivesOnTheLineAtTheSpeedAskedFor) {
+TEST(StraightIn, ArrivesOnTheLineAtTheDemandedSpeed) {
   Worst arrival("arrival of a straight-in motion, simulated [m]"), line("distance from the line on the way [m]");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
@@ -116,7 +116,7 @@ TEST(StraightIn, ArrivesOnTheLineAtTheSpeedAskedFor) {
   }
 }
 
-TEST(StraightIn, DampsNearASingularityAndSaysSo) {
+TEST(StraightIn, DampsAndReportsASingularity) {
   Servicer s = seven_joints();
   for (int j = 0; j < 7; ++j)
     s.state.q[s.model.bodies()[s.model.joints()[j]].q] = j == 3 ? 0.06 : 0.01 * j;  // nearly stretched
@@ -166,7 +166,7 @@ std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
   return result;
 }
 
-TEST(StraightInWay, PositionLimitsAreKeptBySelfMotion) {
+TEST(StraightInWay, SelfMotionEnforcesPositionLimits) {
   Worst line("distance from the line, of joints that keep their limits [m]"), drift("momentum's drift meanwhile");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
@@ -218,7 +218,7 @@ int busiest(const std::vector<double>& most, const std::vector<double>& at_ends)
   return joint;
 }
 
-TEST(StraightInWay, RateAndEffortLimitsAreKeptBySelfMotion) {
+TEST(StraightInWay, SelfMotionEnforcesRateAndEffortLimits) {
   int rates = 0;
   for (Goal::Orientation orientation : kOrientations) {
     SCOPED_TRACE(static_cast<int>(orientation));
@@ -261,7 +261,7 @@ TEST(StraightInWay, RateAndEffortLimitsAreKeptBySelfMotion) {
 }
 
 // A base that may turn no farther; and what no self-motion can do is said with joint, side and time.
-TEST(StraightInWay, TheBasesTurnIsKeptAndTroubleIsSaid) {
+TEST(StraightInWay, BaseRotationIsLimitedAndViolationsAreReported) {
   Servicer s = seven_joints();
   FloatingBase base(s.model, true);
   StraightInProblem p = problem_for(s, base, Goal::Orientation::free);
@@ -280,7 +280,7 @@ TEST(StraightInWay, TheBasesTurnIsKeptAndTroubleIsSaid) {
   kept.upper[4] = p.position[4] - 0.01;  // beyond it as the piece begins
   const StraightWay none = keep_straight_in(base, p, kept);
   EXPECT_FALSE(none.kept);
-  EXPECT_NE(none.trouble.find("joint 'j4' goes 0.01"), std::string::npos) << none.trouble;
+  EXPECT_NE(none.trouble.find("joint 'j4' moves 0.01"), std::string::npos) << none.trouble;
   EXPECT_NE(none.trouble.find("beyond its upper limit of -0.51 at t = "), std::string::npos) << none.trouble;
   EXPECT_GE(none.violation, 0.01 - 1e-9);
 }

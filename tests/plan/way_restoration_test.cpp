@@ -69,7 +69,7 @@ double least_peak_rate(int knots) {
   return least;
 }
 
-TEST(WayRestoration, ViolatesAsLittleAsThereIs) {
+TEST(WayRestoration, MinimizesTheViolation) {
   constexpr double kAngle = 1.3, kDuration = 8, kLimit = 0.1;
   for (const int knots : {0, 1, 4}) {
     SCOPED_TRACE(knots);
@@ -92,7 +92,7 @@ TEST(WayRestoration, ViolatesAsLittleAsThereIs) {
 }
 
 // A limit that the splines can just keep is kept, one that they just cannot is not.
-TEST(WayRestoration, TellsPossibleFromImpossible) {
+TEST(WayRestoration, DistinguishesFeasibleFromInfeasible) {
   constexpr double kAngle = 1.3, kDuration = 8;
   const double least = least_peak_rate(4) * kAngle / kDuration;
   for (const double share : {1.01, 0.97}) {
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Restored, ::testing::Range(1u, 9u));
 
 // Two arms on a floating base: rates and the base's turn brought well below what the first solution has, with the hands
 // still near their goals.
-TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
+TEST_P(Restored, EnforcesRatesAndBaseRotation) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -147,7 +147,7 @@ TEST_P(Restored, KeepsRatesAndTheBasesTurn) {
 }
 
 // A light base turns so far that flights need other numbers of nodes from one step to the next.
-TEST(WayRestoration, FollowsFlightsWithOtherNodes) {
+TEST(WayRestoration, SupportsChangingNodes) {
   SKIP_UNDER_SANITIZERS();
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);

@@ -72,7 +72,7 @@ FreeMotion motion_of(const Flight& f) {
   return free_motion(f.servicer.model, f.servicer.state, f.start.begin, {0, 0, 0});
 }
 
-TEST(PathSegment, WithASplineEndsWhereForwardDynamicsEnds) {
+TEST(PathSegment, WithASplineAgreesWithForwardDynamics) {
   Worst worst("end of a segment with splines against the simulation");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -101,7 +101,7 @@ TEST(PathSegment, WithASplineEndsWhereForwardDynamicsEnds) {
 }
 
 // At the end and at the nodes, in all unknowns.
-TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
+TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
   Worst at_end("at the end"), turn("turn of the base at nodes"), spin("its angular velocity at nodes");
   for (int i = 0; i < 8; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -153,7 +153,7 @@ TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
 }
 
 // Of robots whose rotors have no axes, on bases that float and that do not.
-TEST(JointEfforts, DerivativesAreThoseOfDifferences) {
+TEST(JointEfforts, DerivativesAgreeWithFiniteDifferences) {
   Worst worst("derivatives of a sum of efforts against differences, relative");
   constexpr double kStep = 1e-5;
   for (int i = 0; i < 30; i += 2) {
@@ -204,7 +204,7 @@ TEST(JointEfforts, DerivativesAreThoseOfDifferences) {
 }
 
 // Against (2.8), whose mass matrix knows nothing of the recursion.
-TEST(JointEfforts, AreThoseOfTheReducedEquation) {
+TEST(JointEfforts, AgreeWithTheReducedEquation) {
   Worst worst("efforts against the reduced equation, relative");
   for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -321,7 +321,7 @@ TEST_P(Kept, EffortsStayWithinTheirLimits) {
   (void)free;
 }
 
-TEST_P(Kept, TheBaseStaysNearItsAttitude) {
+TEST_P(Kept, BaseRotationStaysWithinItsLimit) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -342,7 +342,7 @@ TEST_P(Kept, TheBaseStaysNearItsAttitude) {
 
 // Each objective against what the other solutions have of it, and its gradient by the fact that no small change is
 // better.
-TEST(WayObjective, BecomesLeast) {
+TEST(WayObjective, IsMinimized) {
   SKIP_UNDER_SANITIZERS();
   using Kind = Objective::Kind;
   TiltedArms arms = tilted_arms(4);
@@ -379,7 +379,7 @@ TEST(WayObjective, BecomesLeast) {
 // --- Wheels that keep the base's attitude
 
 // Shares and their integral against differences.
-TEST(PlannedWheels, DerivativesAreThoseOfDifferences) {
+TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   Worst worst("shares of wheels against differences");
   TiltedArms arms = tilted_arms(2);
   FloatingBase base(arms.model, true);

@@ -59,7 +59,7 @@ std::vector<double> pd(const PlantOutputs& seen) {
   return tau;
 }
 
-TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
+TEST_F(Plants, AgreeWithTheBuiltInLaw) {
   const CaptureResult reference = simulate_capture(problem());
   const auto plant = run();
   plant->begin();
@@ -74,7 +74,7 @@ TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
 }
 
 // A satellite without driven joints takes torques on its base and commands of its actuators, in phases of `motion`.
-TEST_F(Plants, NeedNoJointAndNoCapture) {
+TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
   const std::string wheels = "  wheel_array: {configuration: orthogonal, inertia: 0.05}\n";
   const std::string panel =
       "  links:\n    - {name: p, parent: bus, joint: {name: h, type: revolute, axis: [0, 0, 1], spring: {stiffness: "
@@ -106,7 +106,7 @@ TEST_F(Plants, NeedNoJointAndNoCapture) {
 }
 
 // Wherever a run is, its thread ends with it: before it began, at a sample, at its end, after a failure.
-TEST_F(Plants, EndWhereverTheyAre) {
+TEST_F(Plants, MayBeDestroyedAtAnyTime) {
   run();
   {
     const auto plant = run();
@@ -134,7 +134,7 @@ TEST_F(Plants, EndWhereverTheyAre) {
   EXPECT_NEAR(plant->outputs().joints[1].position, before.joints[1].position, 1e-15);
 }
 
-TEST_F(Plants, SayWhyTheyCannotBe) {
+TEST_F(Plants, ReportInvalidScenarios) {
   EXPECT_EQ(refusal({}), "");
   EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque turns it"), std::string::npos);
   CaptureProblem still = problem();
@@ -142,7 +142,7 @@ TEST_F(Plants, SayWhyTheyCannotBe) {
   EXPECT_THROW(plant_of(still, false), PlantError);
 }
 
-TEST_F(Plants, ComeWithAllTheirFiles) {
+TEST_F(Plants, IncludeAllFiles) {
   std::vector<Fault> warnings;
   const GatheredPlant gathered = gather_plant(folder_ / "short.yaml", {"targets[0].mass=12", "approach.duration=2 s"},
                                               {"targets[0].mass", "approach.duration"}, false, &warnings);

@@ -43,7 +43,7 @@ Eigen::MatrixXd matrix(const RigidBodyInertiad& I) {
   return M;
 }
 
-TEST(RigidBodyInertia, IsTheExplicitMatrix) {
+TEST(RigidBodyInertia, EqualsTheExplicitMatrix) {
   Random random(0);
   for (int i = 0; i < 200; ++i) {
     const Solid s = random_solid(random);
@@ -59,7 +59,7 @@ TEST(RigidBodyInertia, IsTheExplicitMatrix) {
   }
 }
 
-TEST(RigidBodyInertia, ShiftsAndTurns) {
+TEST(RigidBodyInertia, ShiftsAndRotates) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Solid s = random_solid(random);
@@ -101,7 +101,7 @@ TEST(Symmetric3, IndexesItsEntries) {
 }
 
 // A point mass at p turns with m |p x axis|^2 about an axis.
-TEST(PointMassInertia, ByHand) {
+TEST(PointMassInertia, KnownValues) {
   const Symmetric3d J = point_mass_inertia(2.0, Vector3d{1, 2, 3});
   EXPECT_EQ(eigen(J), (Eigen::Matrix3d{{26, -4, -6}, {-4, 20, -12}, {-6, -12, 10}}));
 }

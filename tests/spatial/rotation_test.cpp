@@ -89,7 +89,7 @@ TEST(Quaternion, ProductIsTheProductOfMatrices) {
 }
 
 // q' = q o (0, w)/2 with w in the body: R' = R [w x].
-TEST(Quaternion, RateTurnsTheMatrixByTheBodysAngularVelocity) {
+TEST(Quaternion, RateMatchesTheAngularVelocity) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
     const Quaterniond q = quaternion_from(random.rotation());
@@ -108,7 +108,7 @@ TEST(Quaternion, RateTurnsTheMatrixByTheBodysAngularVelocity) {
   }
 }
 
-TEST(Rotation, FromRollPitchYawIsUrdfs) {
+TEST(Rotation, FromRollPitchYawMatchesUrdf) {
   Random random(3);
   for (int i = 0; i < 100; ++i) {
     const double r = random.uniform(-3, 3), p = random.uniform(-3, 3), y = random.uniform(-3, 3);
@@ -120,7 +120,7 @@ TEST(Rotation, FromRollPitchYawIsUrdfs) {
   }
 }
 
-TEST(Rotation, BetweenDirectionsIsTheSmallestThatMapsThem) {
+TEST(Rotation, BetweenDirectionsIsTheSmallestRotation) {
   Random random(4);
   const auto check = [](const Vector3d& from, const Vector3d& to) {
     const Rotationd R = rotation_between(from, to);

@@ -67,7 +67,7 @@ TEST(SpatialVector, IsAVectorSpace) {
             eigen(Momentumd{{2, 1, 1}, {2, 5, 2}}));
 }
 
-TEST(SpatialVector, ShiftsByHand) {
+TEST(SpatialVector, KnownShifts) {
   // Turning about z at 2 rad/s: a point at x = 1 moves along y at 2 m/s.
   const Twistd V = shift(Twistd{{0, 0, 2}, {0, 0, 0}}, {1, 0, 0});
   EXPECT_EQ(eigen(V), eigen(Twistd{{0, 0, 2}, {0, 2, 0}}));
