@@ -1,4 +1,4 @@
-/// Impedance and grasp forces in whole captures: the shipped scenarios, sampled control, what is refused.
+/// Impedance and grasp forces in complete captures: the shipped scenarios, sampled control, rejected settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ CaptureProblem waiting_hand() {
   return p;
 }
 
-// Without spring and damper of the law the masses alone decide.
+// Without spring and damper of the law only the masses matter.
 TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
@@ -46,7 +46,7 @@ TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
 
-// A slow on-board computer: efforts are held between ticks, during the contact too.
+// A slow on-board computer: efforts are held between ticks, also during the contact.
 TEST(ImpedanceCapture, SampledControlAgrees) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();

@@ -25,7 +25,7 @@ std::vector<LimitedLoad> random_loads(Random& random, double size) {
   return loads;
 }
 
-// Against a fine search of the interval.
+// Against a fine grid search of the interval.
 TEST(LoadShares, AgreeWithASearch) {
   int possible = 0, impossible = 0;
   for (int i = 0; i < 300; ++i) {
@@ -55,7 +55,7 @@ TEST(LoadShares, AgreeWithASearch) {
   EXPECT_GT(impossible, 50);
 }
 
-// As limits become too small the choice changes without a jump.
+// As limits become too small the choice changes continuously.
 TEST(LoadShares, AreContinuousInTheLimits) {
   double largest = 0;
   for (int i = 0; i < 50; ++i) {
@@ -66,7 +66,7 @@ TEST(LoadShares, AreContinuousInTheLimits) {
     double before = -1;
     for (int s = 0; s <= kSteps; ++s) {
       std::vector<LimitedLoad> scaled = loads;
-      const double factor = 3.0 * s / kSteps;  // of what acts without k
+      const double factor = 3.0 * s / kSteps;  // of the load at k = 0
       for (LimitedLoad& load : scaled) load.fixed *= factor;
       const double k = largest_within(scaled, 1.5).k;
       if (before >= 0) largest = std::max(largest, std::abs(k - before));

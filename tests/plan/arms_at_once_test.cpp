@@ -1,4 +1,5 @@
-/// Places on one target that end-effectors cannot reach at once: found whatever the base does, and said with the gap.
+/// Grasp points on one target that end-effectors cannot reach simultaneously: detection for any base pose, and the
+/// reported gap.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ TEST(ArmsOnOneTarget, ReportsPointsTooClose) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 6.5);
-  // All joints are stiff but the last, which bends by half a radian.
+  // All joints are fixed except the last, which moves by half a radian.
   p.lower = p.upper = {0, 0, 0, M_PI, 0, 0};
   p.upper[5] = 0.5;
   p.start.position = p.guess = p.lower;
@@ -60,7 +61,8 @@ TEST(ArmsOnOneTarget, ReportsPointsTooClose) {
   EXPECT_THAT(r.failure, Not(HasSubstr("comes no closer")));
 }
 
-// The points lie along x, one hand is to point along y, the other along z: no plane of both arms holds all three.
+// The grasp points are along x; one end-effector must point along y, the other along z. No plane of both arms contains
+// all three.
 TEST(ArmsOnOneTarget, ReportsIncompatibleOrientations) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -71,16 +73,16 @@ TEST(ArmsOnOneTarget, ReportsIncompatibleOrientations) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].goals, (std::vector<std::size_t>{0, 1}));
   EXPECT_THAT(found[0].text, HasSubstr("with the demanded orientations for any base pose; without these they can"));
-  // The gap is shared by the hands.
+  // Both end-effectors share the gap.
   const ClosestTogether closest = closest_together(base, p, p.goals, p.guess);
   EXPECT_NEAR(closest.error.segment<2>(3).norm() + closest.error.segment<2>(8).norm(), M_PI / 2, 1e-4);
   EXPECT_LT(closest.error.head<3>().norm(), 1e-4);
-  // Here the base's tilt puts the arms in the plane of x and z.
+  // Here the base's tilt puts the arms into the x-z plane.
   p.goals[0].direction_W = {-1, 0, 0};
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
 }
 
-// A base with a hand, and a boom that turns on it with a hand at either end.
+// A base with one end-effector, and a boom hinged on it with an end-effector at either end.
 Servicer boom() {
   ModelBuilder builder;
   BodyDescription base;
@@ -113,7 +115,7 @@ ReachProblem boom_problem(const Servicer& s, const std::vector<std::pair<std::st
   return p;
 }
 
-// nose to up takes the boom one way, nose to down the other way.
+// nose to up rotates the boom in one direction, nose to down in the other.
 TEST(ArmsOnOneTarget, ReportsThreeIncompatiblePointsWithCompatiblePairs) {
   const Servicer s = boom();
   FloatingBase base(s.model, true);
@@ -127,13 +129,13 @@ TEST(ArmsOnOneTarget, ReportsThreeIncompatiblePointsWithCompatiblePairs) {
                                        "although each pair of them can: the closest attempt leaves 'nose'"));
   p.goals[0].X_WG.p = {1, 0, 0};
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
-  // Two targets ask nothing of each other here.
+  // Different targets do not constrain each other here.
   p.goals[0].X_WG.p = {d, 0, 0};
   p.goals[0].target = "other";
   EXPECT_TRUE(incompatible_goals(base, p, p.guess).empty());
 }
 
-// Places of no common target, of hands on one joint.
+// Grasp points without a common target, for end-effectors on one joint.
 TEST(ArmsOnOneTarget, NamesTheSharedJoint) {
   const Servicer s = boom();
   FloatingBase base(s.model, false);
@@ -148,7 +150,7 @@ TEST(ArmsOnOneTarget, NamesTheSharedJoint) {
   EXPECT_THAT(r.failure, HasSubstr("it could arrive alone, but then 'up' could not"));
 }
 
-// Points that fit each other but are out of reach: the hand that fails is named with its point.
+// Compatible but unreachable points: the message names the end-effector and its point.
 TEST(ArmsOnOneTarget, NamesTheUnreachablePoint) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -161,7 +163,7 @@ TEST(ArmsOnOneTarget, NamesTheUnreachablePoint) {
   EXPECT_THAT(r.failure, Not(HasSubstr("simultaneously")));
 }
 
-// Everything can be reached, but not with the speed asked for.
+// Reachable points, but not at the demanded speed.
 TEST(ArmsOnOneTarget, ReportsTheNumberOfInitialGuesses) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
@@ -178,7 +180,7 @@ TEST(ArmsOnOneTarget, ReportsTheNumberOfInitialGuesses) {
   }
 }
 
-// Two planar arms come as far apart as their lengths say, and no further.
+// Two planar arms can be as far apart as their lengths allow, and no farther.
 TEST(RandomPair, GapAgreesWithTheChainLength) {
   Worst worst("gap against lengths [m]");
   for (int i = 0; i < 20; ++i) {

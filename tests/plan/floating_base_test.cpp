@@ -1,4 +1,4 @@
-/// How the base answers to its joints: against the mass matrix's route, and derivatives against differences.
+/// Base motion in response to the joints: against the mass matrix, and derivatives against finite differences.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(FloatingBase, TwistAgreesWithTheMassMatrix) {
     const Twistd expected = transposed_times(s.X_WB().R, base_twist_from_momentum(s.model, s.state, 0, motion.h));
     ASSERT_GT(column(expected).norm(), 1e-3);
     EXPECT_LT(worst.note((base.base_twist() - column(expected)).norm(), i), 1e-12);  // measured 2.6e-14
-    // The state's own twist has that momentum.
+    // The state's twist has that momentum.
     const Twistd own = transposed_times(s.X_WB().R, root_twist(s.model, s.state, 0));
     EXPECT_LT((base.base_twist() - column(own)).norm(), 1e-11);
   }

@@ -1,4 +1,4 @@
-/// Least-norm steps within bounds.
+/// Minimum-norm steps within bounds.
 
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST(NewtonStep, StopsIfAllVariablesAreBound) {
 
 TEST(NewtonStep, DampsSmallSingularValuesAndSkipsStructuralZeros) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 3);
-  J(0, 0) = 1, J(1, 1) = 1e-4;  // the third row and column do not exist
+  J(0, 0) = 1, J(1, 1) = 1e-4;  // the third row and column are zero
   const Eigen::Vector3d e(-1, -1, -1);
   const std::vector<double> x(3, 0.0), lower(3, -kNone), upper(3, kNone);
   const NewtonStep step = least_norm_step(J, e, x, lower, upper, 1e-2);
@@ -60,8 +60,7 @@ TEST(NewtonStep, DampsSmallSingularValuesAndSkipsStructuralZeros) {
   EXPECT_DOUBLE_EQ(smallest_singular_value(J), 1e-4);
 }
 
-// Steps are damped by the eigenvalues of J J^T: against the singular values of J, of which some are small and one may
-// be none at all.
+// Damping by the eigenvalues of J J^T: against the singular values of J, some of them small or zero.
 TEST(NewtonStep, DampingAgreesWithSingularValues) {
   testing::Worst worst("damped step against that by singular values, relative");
   for (int i = 0; i < 200; ++i) {

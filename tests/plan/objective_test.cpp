@@ -1,4 +1,4 @@
-/// Measures of solutions: against their definitions, and gradients against differences.
+/// Objectives: against their definitions, and gradients against finite differences.
 
 #include "grapnel/plan/goal.hpp"
 

@@ -1,4 +1,4 @@
-/// What a segment does on its way: splines, sensitivities at its nodes, efforts, and what is kept there.
+/// Paths of segments: splines, sensitivities at the nodes, efforts, and path constraints.
 
 #include "grapnel/plan/way.hpp"
 

@@ -1,4 +1,4 @@
-/// Plants that are stepped, without the FMU around them: here sanitizers see the thread that they have.
+/// Stepwise execution of plants without an FMU, so that sanitizers see their thread.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -73,7 +73,7 @@ TEST_F(Plants, AgreeWithTheBuiltInLaw) {
   EXPECT_EQ(plant->outputs().numbers().size(), plant_variables(plant_of(problem(), false), {}).outputs);
 }
 
-// A satellite without driven joints takes torques on its base and commands of its actuators, in phases of `motion`.
+// A satellite without driven joints, with torques on its base and actuator commands, in phases of `motion`.
 TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
   const std::string wheels = "  wheel_array: {configuration: orthogonal, inertia: 0.05}\n";
   const std::string panel =
@@ -105,7 +105,7 @@ TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
   }
 }
 
-// Wherever a run is, its thread ends with it: before it began, at a sample, at its end, after a failure.
+// The run's thread ends with the object in every state: before begin(), at a sample, at the end, after a failure.
 TEST_F(Plants, MayBeDestroyedAtAnyTime) {
   run();
   {
@@ -152,7 +152,7 @@ TEST_F(Plants, IncludeAllFiles) {
   ASSERT_EQ(gathered.package.parameters.size(), 2u);
   EXPECT_EQ(gathered.package.parameters[0].start, 12);
   EXPECT_EQ(gathered.package.parameters[1].unit, "s");
-  // There and back.
+  // Round trip.
   write("plant.json", plant_json(gathered.package));
   const PlantPackage back = read_plant(folder_);
   EXPECT_EQ(back.scenario, gathered.package.scenario);

@@ -1,4 +1,4 @@
-/// Dual numbers against the derivatives one learns at school, and against differences.
+/// Dual numbers against elementary derivatives, and against finite differences.
 
 #include "grapnel/spatial/dual.hpp"
 
@@ -35,7 +35,7 @@ TEST(Dual, RulesOfArithmetic) {
   EXPECT_TRUE(y < x && x > y && !(x < y));
   Dual z = x;
   const Dual& same = z;
-  z *= same;  // the operand is the result
+  z *= same;  // the operand is also the result
   is(z, 0.49, 1.4);
   z /= same;
   is(z, 1, 0);

@@ -1,4 +1,4 @@
-// Our own sine and cosine against the long double functions of the C library.
+// Grapnel's sine and cosine against the long double functions of the C library.
 #include "grapnel/spatial/sine_cosine.hpp"
 
 #include <gtest/gtest.h>
