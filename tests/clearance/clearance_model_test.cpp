@@ -1,4 +1,4 @@
-// Which pairs are checked, and that excluding pairs by bounds changes nothing.
+// Selection of pairs, and exclusion of pairs by bounds without effect on the result.
 #include "grapnel/clearance/clearance_model.hpp"
 
 #include <gmock/gmock.h>
@@ -53,9 +53,9 @@ TEST(ClearancePairs, ExcludeAdjacentAndRigidlyConnectedBodies) {
 }
 
 TEST(ClearancePairs, SkipBodiesWithoutShapes) {
-  // l2 and l1 have none: l3 is then the base's neighbour; the target is nobody's.
+  // l2 and l1 have no shape: l3 is then adjacent to the base; the target is adjacent to no body.
   EXPECT_THAT(pair_names(arm(), {"base", "l3", "target"}), UnorderedElementsAre("base-target", "l3-target"));
-  // A shape on a body fixed to the one without counts as that one's.
+  // A shape on a rigidly attached body counts for the body without a shape.
   EXPECT_THAT(pair_names(arm(), {"l2", "hand"}), IsEmpty());
   EXPECT_THAT(pair_names(arm(), {"l1", "hand"}), IsEmpty());
   EXPECT_THAT(pair_names(arm(), {"camera", "l2", "hand"}), UnorderedElementsAre("camera-hand"));
@@ -95,7 +95,7 @@ TEST(ClearancePairs, HeldTargetBelongsToTheEndEffector) {
   EXPECT_THAT(pair_names(held, {"l1", "l3", "hand", "target"}), IsEmpty());
   EXPECT_THAT(pair_names(held, {"base", "l1", "l2", "target"}),
               UnorderedElementsAre("base-l2", "base-target", "l1-target"));
-  // Held at a point, it is the hand's neighbour.
+  // Held at a point, it is adjacent to the hand.
   const Model hinged =
       ModelBuilder(arm())
           .attach("target", "hand", Posed::identity(), body_on("grasp", "", JointType::spherical).joint)
@@ -184,7 +184,7 @@ TEST(ClearanceModel, BoundsExcludeOnlyMoreDistantPairs) {
   EXPECT_GT(apart, 50);
 }
 
-// Distances change no faster than the bound on speed, along exact motions.
+// The rate of the distance is within the speed bound, along exact motions.
 TEST(ClearanceModel, SpeedBoundHolds) {
   Worst ratio("rate of distance over its bound");
   for (int i = 0; i < 200; ++i) {

@@ -68,7 +68,7 @@ TEST(ClearanceWatch, FindsPassageBetweenSamples) {
   }
 }
 
-// A pair that is nearest at no sample but dips in between, while another stays at a smaller distance at the samples.
+// A pair that is never the closest at samples but dips in between, while another pair stays closer at the samples.
 TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
   const Model model = free_bodies(4);
   const ClearanceModel clearance(model, {{0, ball(0.1)}, {1, ball(0.1)}, {2, ball(0.1)}, {3, ball(0.1)}});
@@ -82,7 +82,7 @@ TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
   EXPECT_NEAR(found.events()[0].begin_time, 0.5 - std::sqrt(0.3 * 0.3 - 0.0625) / 4, 1e-9);
 }
 
-// What is required and what overlaps begin at different times.
+// The event and the overlap begin at different times.
 TEST(ClearanceWatch, OverlapBeginsAfterTheEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
@@ -105,7 +105,7 @@ TEST(ClearanceWatch, OverlapBeginsAfterTheEvent) {
   EXPECT_EQ(within.events().at(0).overlap_begin, 2.5);
 }
 
-// The far tip of a thin rod that turns about a point of its own passes a ball.
+// The far tip of a thin rod that rotates about one of its points passes a ball.
 TEST(ClearanceWatch, RotatingRodPassesABall) {
   Random random(32);
   const Model model = free_bodies(2);
@@ -126,7 +126,7 @@ TEST(ClearanceWatch, RotatingRodPassesABall) {
   }
 }
 
-// Two bodies are too near from the first of their shapes that is, to the last, whichever the pairs of shapes are.
+// Two bodies are too close from the first violation of any of their shapes to the last one, for any pairs of shapes.
 TEST(ClearanceWatch, MergesEventsOfBodies) {
   const auto ball_at = [](double x) {
     return Geometry{Shape::sphere, {0.1, 0, 0}, {Rotationd::identity(), {x, 0, 0}}};
@@ -199,9 +199,9 @@ TEST(ClearanceWatch, PartingPairMakesNoEvent) {
     SCOPED_TRACE(start);
     const ClearanceWatch w = watch_parting(model, balls, {start, start, 1.001, 1.03, 1.2}, 0.1);
     EXPECT_THAT(w.events(), SizeIs(0));
-    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts since it has parted
+    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts after its separation
   }
-  // It need not part: held to the millimetre where it was, it makes no event either.
+  // A pair that stays in contact within a millimetre makes no event either.
   const ClearanceWatch w = watch_parting(model, balls, {0.95, 0.9495, 0.9502, 0.95}, 0);
   EXPECT_THAT(w.events(), SizeIs(0));
   EXPECT_EQ(w.least()[0].distance, INFINITY);
@@ -210,24 +210,24 @@ TEST(ClearanceWatch, PartingPairMakesNoEvent) {
 TEST(ClearanceWatch, ReturningPairMakesAnEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}});
-  // From touching straight in.
+  // From contact to penetration.
   ClearanceWatch w = watch_parting(model, balls, {1, 0.9, 0.861, 0.861}, 0.02);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, -0.139, 1e-6);
   EXPECT_NEAR(w.events()[0].overlap_begin.value(), 0, 1e-3);
   EXPECT_EQ(w.least()[0].distance, w.events()[0].least.distance);
-  // From an overlap by design deeper in.
+  // From a designed overlap to a deeper one.
   w = watch_parting(model, balls, {0.9, 0.95, 0.85}, 0);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, -0.15, 1e-9);
-  // Parted, it is a pair like any other.
+  // After separation the pair is treated like any other.
   w = watch_parting(model, balls, {0.9, 1.3, 1.05}, 0.1);
   ASSERT_THAT(w.events(), SizeIs(1));
   EXPECT_NEAR(w.events()[0].least.distance, 0.05, 1e-9);
   EXPECT_FALSE(w.events()[0].overlap_begin.has_value());
 }
 
-// What has been reached counts on in the next phase, unless the pair is held in between.
+// The maximum distance carries over to the next phase, unless the pair is held in between.
 TEST(ClearanceWatch, PartingContinuesAcrossPhases) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;

@@ -1,4 +1,4 @@
-// Distances of shapes that are apart, by the Flexible Collision Library.
+// Distances of separated shapes, against the Flexible Collision Library.
 #include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
 

@@ -50,7 +50,7 @@ void expect_consistent(const ShapeDistance& d) {
   EXPECT_LT(norm(d.point_b - d.point_a - d.distance * d.normal), 1e-12);
 }
 
-// A mesh that is a box is as far from everything as the box.
+// A box-shaped mesh has the distances of the box.
 TEST(MeshDistance, BoxMeshEqualsBox) {
   Random random(3);
   double apart = 0, overlapping = 0;
@@ -220,7 +220,7 @@ TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
   std::printf("[ measured ] hulls and brute force: %.2g apart, %.2g overlapping\n", apart, overlapping);
 }
 
-// A hull of many faces overlaps by searches: never less than the truth, and near it.
+// Penetration of a hull with many faces is found by searches: at least the true depth, and close to it.
 TEST(MeshDistance, FineSphereMesh) {
   Points points;
   Triangles triangles;
@@ -249,7 +249,7 @@ TEST(MeshDistance, FineSphereMesh) {
   }
 }
 
-// What is not convex counts as its hull: never farther than it is.
+// A nonconvex mesh is replaced by its hull: its distance is at most that of the mesh.
 TEST(MeshDistance, UsesTheConvexHull) {
   // An L: a ball in its corner touches the hull though it is clear of the mesh.
   const Points l{{0, 0, 0}, {2, 0, 0}, {2, 0.1, 0}, {0.1, 0.1, 0}, {0.1, 2, 0}, {0, 2, 0},
@@ -261,7 +261,7 @@ TEST(MeshDistance, UsesTheConvexHull) {
   EXPECT_NEAR(shape_distance(mesh, Posed::identity(), beyond, Posed::identity()).distance, 0.9, 1e-14);
 }
 
-// Bounds that exclude pairs must not exclude meshes that are near, wherever their file's origin is.
+// Bounds must not exclude close meshes, for any origin of their file.
 TEST(MeshDistance, BoundsAreLowerBounds) {
   Random random(11);
   const Model model = free_bodies(4);

@@ -1,4 +1,4 @@
-// Shapes that overlap: always noticed, and the depth is one that parts them and that no other direction beats by much.
+// Overlapping shapes: always detected; the depth separates them and is nearly minimal.
 #include <gtest/gtest.h>
 
 #include "clearance/random_shape.hpp"

@@ -1,4 +1,4 @@
-// Distances of shapes that are apart: placed at a known distance, and proved optimal by a separating plane.
+// Distances of separated shapes: placed at a known distance, and proved optimal by a separating plane.
 #include "grapnel/clearance/clearance_model.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(, ShapePair, ::testing::Combine(::testing::ValuesIn(kSh
                                   shape_name(std::get<1>(i.param));
                          });
 
-// What every answer must satisfy: points on the surfaces, at the distance along the normal.
+// Checks every result: points on the surfaces, at the distance along the normal.
 void check_points(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB, const ShapeDistance& d,
                   double tolerance) {
   ASSERT_NEAR(norm(d.normal), 1, 1e-12);

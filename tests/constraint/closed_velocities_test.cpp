@@ -1,4 +1,4 @@
-/// What closes loops: the plastic impact on velocities, the projection of coordinates, both in the mass metric.
+/// Closing of loops: the plastic impact on velocities and the projection of coordinates, both in the mass metric.
 
 #include <gtest/gtest.h>
 
@@ -96,7 +96,7 @@ TEST(CloseVelocities, LeavesConsistentVelocitiesUnchanged) {
   }
 }
 
-// Largest defects by this file's own reading of poses and twists.
+// Maximum defects, computed independently from poses and twists.
 ClosureDefect defects(const ClosedCase& c, const State& state) {
   const Kinematics k = forward_kinematics(c.model, state);
   ClosureDefect most;
@@ -126,8 +126,8 @@ TEST(Project, RestoresCoordinatesAndVelocities) {
     SCOPED_TRACE(seed_note(i));
     const Opening o = opening(i);
     const ClosedCase& c = o.c;
-    // From far larger to far smaller than an integrator's errors, less where a loop is near a singular configuration
-    // and could not be closed from there (prescribed joints stay where they are).
+    // From much larger to much smaller than an integrator's errors; smaller if a loop is near a singular configuration
+    // and could not be closed from there (prescribed joints do not move).
     const double size = std::pow(10, -2 - 2 * (i % 5)) * DenseLoops(c.model, c.state, c.closures, o.prescribed).least;
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
@@ -226,7 +226,7 @@ TEST(Project, ReportsLoopsThatCannotClose) {
   for (double q : state.q) EXPECT_TRUE(std::isfinite(q));
 }
 
-// A frame that is half a turn off has no sine to tell it by.
+// A rotation by half a turn has a vanishing sine.
 TEST(Project, HalfTurnIsNotClosed) {
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));

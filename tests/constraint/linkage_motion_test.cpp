@@ -218,7 +218,7 @@ TEST(LinkageMotion, FiveBarAgreesWithLagrangesEquations) {
   }
 }
 
-// Two ways to integrate the same loops: tree coordinates with projection, every body on its own without.
+// Two integrations of the same loops: tree coordinates with projection, and maximal coordinates without.
 TEST(LoopMotion, AgreesWithMaximalCoordinates) {
   SKIP_UNDER_SANITIZERS();
   constexpr double kTime = 0.25;

@@ -1,5 +1,5 @@
-/// Closures between bodies of different trees: hands and targets with roots of their own, free or fixed, against dense
-/// matrices.
+/// Closures between bodies of different trees: end-effectors and targets with separate roots, free or fixed, against
+/// dense matrices.
 
 #include <gtest/gtest.h>
 
@@ -149,7 +149,7 @@ TEST(TwoTrees, AreProjectedTogether) {
   }
 }
 
-// Two roots that are fixed to the world cannot be held together.
+// Two roots fixed to the world cannot be connected by a closure.
 TEST(TwoTrees, RejectsTwoFixedRoots) {
   ModelBuilder builder;
   for (const char* name : {"post", "wall"}) {

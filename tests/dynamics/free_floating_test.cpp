@@ -1,4 +1,4 @@
-// What momentum says about the base, (2.3)-(2.8), against the full equations.
+// Base motion from momentum, (2.3)-(2.8), against the full equations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(FreeFloating, BaseTwistCarriesTheGivenMomentum) {
     const Kinematics kinematics = forward_kinematics(c.model, c.state);
     const int roots[] = {tree.root};
     const Momentumd total = momentum_about(c.model, kinematics, center_of_mass(c.model, kinematics, roots), roots);
-    double scale = 1 + eigen(given).norm();  // what a vanishing sum is made of
+    double scale = 1 + eigen(given).norm();  // magnitude of the terms of a vanishing sum
     for (std::size_t b = 0; b < c.model.bodies().size(); ++b) {
       if (c.model.bodies()[b].root == tree.root)
         scale += eigen(body_momentum(c.model, kinematics, static_cast<int>(b)).h).norm();
@@ -50,8 +50,7 @@ TEST(FreeFloating, BaseTwistCarriesTheGivenMomentum) {
   }
 }
 
-// The O(n) kernels of root_velocity.hpp: momenta of all trees as momentum_about has them, and back to the same
-// velocities.
+// The O(n) kernels of root_velocity.hpp: momenta of all trees against momentum_about, and recovery of the velocities.
 TEST(RootVelocities, AreRecoveredFromMomenta) {
   Worst momenta("root_momenta against momentum_about"), back("recover_roots of root_momenta");
   for (int i = 0; i < kRobots; ++i) {

@@ -1,4 +1,4 @@
-// Poses by the description's own words, Jacobians and twists by finite differences of poses.
+// Poses from the descriptions, Jacobians and twists by finite differences of poses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ using namespace testing;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-// X_WB = X_WP X_PF joint(q), straight from the body's description: knows nothing of merged links and aligned frames.
+// X_WB = X_WP X_PF joint(q), directly from the body's description, independent of merged links and aligned frames.
 Posed described_pose(const Model& model, const State& state, int body) {
   const Body& b = model.bodies()[body];
   const BodyDescription& d = b.description;
@@ -165,7 +165,7 @@ TEST(KinematicsArguments, RejectSizesOfAnotherModel) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("J must be 6 x velocities")));
 }
 
-// The frames of a long chain must not drift apart: with frames aligned to their parents' an error could double per
+// The frames of a long chain must stay orthonormal: with frames aligned to their parents an error could double per
 // link.
 TEST(ForwardKinematics, StaysOrthonormalOverLongChains) {
   Random random(0);

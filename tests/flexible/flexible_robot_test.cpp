@@ -1,4 +1,4 @@
-/// What a robot that bends is made into: masses, shapes, places; and what is refused.
+/// Conversion of a flexible robot: masses, shapes, positions; and rejected input.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -68,7 +68,7 @@ TEST(FlexibleRobot, KeepsAttachmentsInPlace) {
   const Kinematics k = forward_kinematics(model, zero_state(model));
   const Posed& X_WA = k.X_WB[model.body_index("arm")];
   const auto place = [&](const std::string& body, const Vector3d& p) { return k.X_WB[model.body_index(body)] * p; };
-  // The hand on the last piece, the end-effector and the shapes on those between.
+  // The hand is on the last segment, the end-effector and the shapes on those between.
   EXPECT_EQ(model.bodies()[model.bodies()[model.body_index("hand")].parent].description.name, "arm:6");
   EXPECT_LT(norm(place("hand", Vector3d::zero()) - X_WA * Vector3d{0.1, 2.3, 0}), 1e-14);
   const EndEffectorSetup& tip = flexible.end_effectors[0];
@@ -82,7 +82,7 @@ TEST(FlexibleRobot, KeepsAttachmentsInPlace) {
     if (shape.shape == Geometry::Shape::cylinder) length += shape.size[1];
   }
   EXPECT_NEAR(length, 1.8, 1e-14);
-  EXPECT_EQ(flexible.geometry.size(), 8u);  // seven pieces of the tube, and the knob
+  EXPECT_EQ(flexible.geometry.size(), 8u);  // seven segments of the tube, and the knob
   // The order of the driven joints is that of the rigid robot.
   std::vector<std::string> driven;
   for (const int body : model.joints()) {
@@ -198,7 +198,7 @@ TEST(BeamFault, RejectsInvalidBeams) {
   EXPECT_THAT(gear_fault(joint), HasSubstr("one axis"));
 }
 
-// With what hangs on the link: a load that slows its modes down makes them admissible.
+// With a payload on the link: its lower frequencies make the modes admissible.
 TEST(BeamFault, ReportsTooManyOrTooFastModes) {
   RobotSetup robot = only_base(100, 20);
   robot.bodies.push_back(slender_link("beam", "base", JointType::revolute, 1, 2, 2000, 2));

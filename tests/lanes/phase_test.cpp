@@ -1,4 +1,4 @@
-/// Many phases at once in lanes, against one at a time.
+/// Many phases in lanes, against scalar integration.
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -49,7 +49,7 @@ TEST(LanePhase, CycloidalPathsAgree) {
   expect_alike("prescribed, cycloidal", random_phases(7, 9, kind), 3e-10);
 }
 
-// An on-board computer: laws speak at ticks, and what they say is held, at once or 1.3 and 2.5 periods later.
+// Sampled control: commands are computed at ticks and held, without delay or delayed by 1.3 and 2.5 periods.
 TEST(LanePhase, SampledControlAgrees) {
   Kind kind;
   for (const double delay : {0.0, 1.3, 2.5}) {
@@ -72,7 +72,7 @@ TEST(LanePhase, SampledBitsDependOnTheCaseAlone) {
   expect_bits_of_the_case_alone(random_phases(14, 13, kind));
 }
 
-// Gains too high for the period: the rates grow, and the run is given up as the one alone is.
+// Gains too high for the period: the rates grow, and the run ends as the scalar run does.
 TEST(LanePhase, UnstableSampledControlIsReported) {
   Kind kind;
   kind.control = JointControl::pd;
@@ -145,7 +145,7 @@ TEST(LanePhase, RejectsInvalidCases) {
   };
   EXPECT_THROW(once([](LaneCase& c) { c.links.pop_back(); }), std::invalid_argument);
   EXPECT_THROW(once([](LaneCase& c) { c.motion = nullptr; }), std::invalid_argument);
-  EXPECT_THROW(once([](LaneCase&) {}), std::runtime_error);  // what the sink throws passes through
+  EXPECT_THROW(once([](LaneCase&) {}), std::runtime_error);  // exceptions of the sink pass through
   PhaseSetup held = phases[0].setup;
   held.held_root = phases[0].model.body_index("b0");
   const LaneStructure structure_held = lane_structure(phases[0].model, held, tight());
@@ -211,7 +211,7 @@ TEST(LanePhase, RejectsAPrescribedJointAtRestWithARate) {
   EXPECT_NE(lane_obstacle(p.model, setup, tight(), 1, 3), "");
 }
 
-/// Whatever drives the joints.
+/// All kinds of joint control.
 std::vector<Kind> kinds() {
   Kind pd, prescribed, computed;
   pd.control = JointControl::pd, pd.friction = pd.noise = true, pd.effort = 5;
@@ -241,7 +241,7 @@ TEST(LanePhase, FailingCaseDoesNotAffectOthers) {
   phases[2].start.v[0] = std::numeric_limits<double>::quiet_NaN();
   phases[5].start.q.back() = std::numeric_limits<double>::infinity();
   for (JointDrive& drive : phases[8].setup.drives) drive.kp = 1e13;  // too stiff for so few steps
-  for (JointDrive& drive : phases[9].setup.drives) drive.kp = -1e7;  // runs away
+  for (JointDrive& drive : phases[9].setup.drives) drive.kp = -1e7;  // unstable
   const std::map<std::uint64_t, bool> fails = {{2, true}, {5, true}, {8, true}, {9, true}};
   Outcomes reference;
   for (InstructionSet set : supported_instruction_sets()) {

@@ -21,7 +21,7 @@ double farthest(const Points& points, const Vector3d& n) {
   return most;
 }
 
-// That the hull is that of the points: as far in every direction, and vertices are points.
+// Checks the hull: equal extent in every direction, and vertices are input points.
 void expect_hull_of(const Points& points, const ConvexHull& hull, double size) {
   ASSERT_FALSE(hull.is_empty());
   for (const Vector3d& v : hull.vertices) {
@@ -70,7 +70,7 @@ TEST(ConvexHull, Box) {
   EXPECT_EQ(convex_hull(box_points(1, {1, 2, 3}, Rotationd::identity())).vertices.size(), 8u);
 }
 
-// Rounding leaves no four of these in one plane.
+// Due to rounding errors no four of these are coplanar.
 TEST(ConvexHull, RotatedBox) {
   const Rotationd R = rotation_about({0.36, 0.48, 0.8}, 1.2345);
   for (const int n : {1, 2, 7}) {

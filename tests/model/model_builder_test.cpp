@@ -1,4 +1,4 @@
-// Building a model: order, names, offsets, and every fault with its message.
+// Building a model: order, names, offsets, and every error with its message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ BodyDescription body(const std::string& name, const std::string& parent, JointTy
 BodyDescription base() { return body("base", "", JointType::free); }
 BodyDescription link() { return body("link", "base", JointType::revolute); }
 
-// Faults of a base and one link that somebody has spoilt.
+// Errors of a model with a base and one modified link.
 template <class Spoil>
 std::vector<std::string> faults_of_link(Spoil&& spoil) {
   BodyDescription b = link();
@@ -141,7 +141,7 @@ TEST(ModelBuilder, RejectsInvalidInertia) {
       ElementsAre(HasSubstr("breaks the triangle inequality: principal moment 2.5 is larger than the sum of 1 and 1")));
   EXPECT_THAT(faults_of_link([](auto& b) { b.inertia.xz = std::nan(""); }),
               ElementsAre(HasSubstr("inertia is not finite")));
-  // A flat plate is at the limit, and allowed; turned, it is still.
+  // A flat plate is at the limit and accepted, also when rotated.
   const Rotationd R = rotation_about({0.6, 0, 0.8}, 0.7);
   EXPECT_EQ(inertia_fault(Symmetric3d::diagonal(1, 1, 2)), "");
   EXPECT_EQ(inertia_fault(rotate(R, Symmetric3d::diagonal(1, 1, 2))), "");

@@ -1,4 +1,5 @@
-/// The maximal-coordinate model on open chains, where Grapnel's own dynamics are known to be right, and its integrator.
+/// The maximal-coordinate model on open chains, for which Grapnel's dynamics are verified separately, and its
+/// integrator.
 
 #include "oracle/maximal_system.hpp"
 
