@@ -127,7 +127,7 @@ void ClearanceWatch::fill(double time, const State& state, Sample& sample) const
 Clearance ClearanceWatch::sample(double time, const State& state) {
   if (!phase_) throw std::logic_error("ClearanceWatch: sample outside a phase");
   if (phase_->has_sample && !(time >= phase_->last.time)) {
-    throw std::invalid_argument("ClearanceWatch: the time goes backwards in phase '" + phase_->name + "'");
+    throw std::invalid_argument("ClearanceWatch: the time decreases in phase '" + phase_->name + "'");
   }
   fill(time, state, phase_->next);
   follow_parting();
@@ -323,7 +323,7 @@ void LimitWatch::sample(double time, const State& state, std::span<const double>
   if (!phase_) throw std::logic_error("LimitWatch: sample outside a phase");
   const Model& model = *phase_->model;
   if (!phase_->by_steps && phase_->has_sample && !(time >= phase_->time)) {
-    throw std::invalid_argument("LimitWatch: the time goes backwards in phase '" + phase_->name + "'");
+    throw std::invalid_argument("LimitWatch: the time decreases in phase '" + phase_->name + "'");
   }
   if (static_cast<int>(state.q.size()) != model.coordinates() ||
       static_cast<int>(state.v.size()) != model.velocities()) {

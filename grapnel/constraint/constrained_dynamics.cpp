@@ -296,7 +296,7 @@ std::string LoopSolver::contradicting_row() const {
     if (row < 0 || row >= path.rows) continue;
     static constexpr const char* kAxes[] = {"x", "y", "z"};
     const bool turning = row < path.angular_count;
-    return s.closures[k].name + (turning ? ", turning about " : ", along ") +
+    return s.closures[k].name + (turning ? ", rotation about " : ", along ") +
            (turning && path.model == GraspModel::hinge
                 ? "a normal of the hinge"
                 : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grasp");

@@ -21,7 +21,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::
                                              const Eigen::MatrixXd& D, const Eigen::VectorXd& after) {
   if (mass.rows() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows() ||
       (after.size() != 0 && after.size() != J.rows())) {
-    throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
+    throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not match");
   }
   const Cholesky metric(D);
   if (mass.info() != Eigen::Success)

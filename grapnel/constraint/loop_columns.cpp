@@ -439,14 +439,14 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   if (!is_placement(closure.X_AC) || !is_placement(closure.X_BD) ||
       !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || closure.model != GraspModel::hinge))
     throw std::invalid_argument("loop closure '" + closure.name +
-                                "': a frame is no placement, or the hinge no unit vector");
+                                "': a frame is not a valid pose, or the hinge is not a unit vector");
   const Body& a = model.bodies()[closure.body_a];
   const Body& b = model.bodies()[closure.body_b];
   const Tree<double>& tree = model.tree();
   const auto is_ground = [&](int link) { return tree.links[link].joint == JointType::fixed; };
   if (a.placement.link == b.placement.link || (is_ground(a.placement.link) && is_ground(b.placement.link))) {
     throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
-                                b.description.name + "' cannot move against each other");
+                                b.description.name + "' have no relative motion");
   }
   LoopPath path;
   path.link_a = a.placement.link, path.link_b = b.placement.link;

@@ -304,7 +304,7 @@ void check(const IdentificationTask& task) {
   if (task.samples.empty()) refuse("there are no samples");
   const int held = task.model.frames().at(task.frame).body;
   if (task.model.bodies()[held].parent < 0) refuse("the body is not held: it is the root of its tree");
-  if (!task.model.has_free_root(held)) refuse("the robot stands on the ground, which takes up any momentum");
+  if (!task.model.has_free_root(held)) refuse("the robot is fixed to the world, which absorbs any momentum");
   for (double deviation : {task.noise.angular_velocity, task.noise.velocity, task.noise.joint_rate})
     if (!(deviation >= 0) || !std::isfinite(deviation)) refuse("noise must be finite and not negative");
   const auto finite = [](const std::vector<double>& values) {
@@ -313,7 +313,7 @@ void check(const IdentificationTask& task) {
   for (const MotionSample& sample : task.samples)
     if (!finite(sample.state.q) || !finite(sample.state.v) ||
         !std::isfinite(norm(sample.impulse.angular) + norm(sample.impulse.linear)))
-      refuse("a sample has a number that is not finite (what is not measured is zero)");
+      refuse("a sample has a number that is not finite (set values that are not measured to zero)");
   for (const MotionSample& sample : task.samples)
     if (task.base == MeasuredBase::rotation && norm(sample.impulse.linear) > 0)
       refuse("a force acts: the base's velocity must be measured");

@@ -104,14 +104,14 @@ std::string loop_obstacle(const Model& model, const PhaseSetup& setup) {
   if (setup.closures.empty()) return {};
   // Projection changes the coordinates of all roots; a fixed root has none.
   for (const TreeLink<double>& link : model.tree().links) {
-    if (link.joint == JointType::fixed) return "loops close on a base that is fixed or held";
+    if (link.joint == JointType::fixed) return "closed loops on a fixed or held base";
   }
-  if (!setup.project_loops || setup.loop_feedback != 0) return "loops are kept closed otherwise than by projection";
+  if (!setup.project_loops || setup.loop_feedback != 0) return "loops are not closed by projection";
   for (const LoopClosure& closure : setup.closures) {
     const LoopPath path = make_loop_path(model, closure);
-    if (!path.one_tree()) return "closures tie two trees";
+    if (!path.one_tree()) return "closures connect two trees";
     const int root = model.bodies()[static_cast<std::size_t>(closure.body_a)].root;
-    if (root == setup.held_root) return "loops close on a base that is fixed or held";
+    if (root == setup.held_root) return "closed loops on a fixed or held base";
   }
   return {};
 }

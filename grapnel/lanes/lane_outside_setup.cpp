@@ -126,7 +126,7 @@ void describe_outside(LaneStructure& structure, const Model& model, const PhaseS
     if (load.body < 0 || load.body >= static_cast<int>(model.bodies().size()))
       throw std::invalid_argument("lane_structure: a load acts on no body of the model");
     if (load.frame == LoadFrame::orbit && !setup.orbit)
-      throw std::invalid_argument("lane_structure: a load is in the axes of an orbit, and there is none");
+      throw std::invalid_argument("lane_structure: a load is in the axes of an orbit, but there is no orbit");
     LoadTable& table = structure.loads.emplace_back(load_table(model, load));
     table.piece = structure.piece_numbers;
     structure.piece_numbers += kLoadPieceNumbers[static_cast<int>(table.kind)];
@@ -143,7 +143,7 @@ std::string outside_difference(const LaneStructure& structure, const Model& mode
     table.piece = structure.loads[i].piece;
     same = table == structure.loads[i];
   }
-  return same ? "" : "what acts from outside has another structure";
+  return same ? "" : "the external loads have another structure";
 }
 
 void write_loads(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, double inside,

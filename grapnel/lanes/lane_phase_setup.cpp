@@ -14,7 +14,7 @@ namespace {
 const JointDrive kFree = {};
 
 constexpr const char* kStandsWithRate =
-    "a prescribed joint has a rate but stays where it is, beyond its trajectory's end";
+    "a prescribed joint has a rate at constant position, beyond its trajectory's end";
 // Minimum number of coefficients per piece: that of any polynomial profile, so that cases with moving and resting
 // joints share one structure.
 constexpr int kLeastSeries = 6;
@@ -178,7 +178,7 @@ void write_hold(double position, double rate, double* out) {
 
 void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
   if (coefficients(piece) > table.series) {
-    throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides for");
+    throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides");
   }
   double begin = piece.begin, length = piece.end - piece.begin;
   if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
@@ -249,17 +249,16 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
   // Under a clock each case computes its laws and actuators itself.
   const bool is_sampled = clock != nullptr;
-  if (sensors && !is_sampled) return "sensors are read without a clock";
-  if (law_model && !is_sampled) return "laws work continuously with a model of their own";
-  if (controller && !is_sampled) return "a controller of its own is asked continuously";
+  if (sensors && !is_sampled) return "sensors without a clock";
+  if (law_model && !is_sampled) return "continuous laws with a separate model";
+  if (controller && !is_sampled) return "a custom controller without a clock";
   [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds, steering,
                                 one_by_one] = actuators;
-  if (thrusters && !is_sampled) return "thrusters switch by the state";
-  if (feedforward && !is_sampled) return "the base's torque follows the arms continuously";
-  if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels turn without attitude control";
-  if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled)
-    return "reaction wheels keep speeds of their own continuously";
-  if (!gyros.empty() || steering) return "motors of control moment gyros work";
+  if (thrusters && !is_sampled) return "thrusters switch depending on the state";
+  if (feedforward && !is_sampled) return "continuous feedforward of the base torque";
+  if (!wheels.empty() && !attitude && commanded_root < 0) return "reaction wheels without attitude control";
+  if (!wheels.empty() && wheel_speed_rate != 0 && !is_sampled) return "continuous control of reaction wheel speeds";
+  if (!gyros.empty() || steering) return "control moment gyros";
   if (!model.rotors().empty()) return "rotors store momentum";
   // Works are integrated for one tree.
   const int driven_root =
@@ -273,15 +272,15 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     if (friction_model == JointFriction::Model::sticking) return "joints stick";
     if (stop) return "joints have stops";
     if (motor) return "joints have motors";
-    if (modal) return "links bend by their own modes";
+    if (modal) return "links have mode shapes";
     if (spring && spring->backlash > 0) return "gears have backlash";
     if (spring && spring->damping > 0 && model.bodies()[static_cast<std::size_t>(body)].root != driven_root)
-      return "dampers work elsewhere than in the robot";
+      return "dampers outside the robot";
   }
   if (held_root >= 0) {
     const Body& held = model.bodies().at(static_cast<std::size_t>(held_root));
     if (held.parent >= 0 || held.description.joint.type != JointType::free || (attitude && attitude->root == held_root))
-      return "what is held is no free root, or under attitude control";
+      return "the held root is not free, or is under attitude control";
   }
   if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   return loop_obstacle(model, setup);
@@ -342,7 +341,7 @@ void write_block(const LaneStructure& structure, const Model& model, const Phase
     const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
     if (table.output == ControlOutput::none && table.control == drive.control) continue;
     if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
-      throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
+      throw std::invalid_argument("lane_motion: a joint's drive does not match the structure");
     }
     write_trajectory(drive.trajectory, inside, table, out + table.piece);
   }
@@ -450,7 +449,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
   for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
   if (!same || control_table(setup, own) != structure.control)
-    throw std::invalid_argument("lane_case: the model or what drives it has another structure");
+    throw std::invalid_argument("lane_case: the model or its drives have another structure");
   if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
     throw std::invalid_argument("lane_case: " + difference);
   const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
@@ -481,7 +480,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
     }
   }
   if (loop_tables(model, setup) != structure.loops)
-    throw std::invalid_argument("lane_case: loops are closed otherwise than the structure has it");
+    throw std::invalid_argument("lane_case: the loop closures do not match the structure");
   result.outside = outside_numbers(structure, model, setup);
   result.loops = loop_numbers(model, setup);
   result.q = state.q;

@@ -59,7 +59,7 @@ std::optional<InstructionSet> best_instruction_set() {
     if (text == name(set)) return set;
     here += ", " + std::string(name(set));
   }
-  throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those that run here: " + here);
+  throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those supported on this machine: " + here);
 }
 
 }  // namespace grapnel::lanes

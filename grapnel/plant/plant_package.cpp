@@ -107,9 +107,9 @@ std::vector<std::string> default_parameters(const Node& scenario, const CaptureP
 
 PlantParameter parameter_at(const Node& scenario, const std::string& path) {
   const std::optional<Node> node = value_at(scenario, path);
-  if (!node) throw PlantError(fmt::format("--parameter {}: the scenario says no such value; say one with --set", path));
+  if (!node) throw PlantError(fmt::format("--parameter {}: the scenario has no such value; set one with --set", path));
   const auto number = number_at(*node);
-  if (!number) throw PlantError(fmt::format("--parameter {}: it is no number", path));
+  if (!number) throw PlantError(fmt::format("--parameter {}: not a number", path));
   return {path, number->value, number->unit};
 }
 
@@ -151,10 +151,9 @@ std::vector<GatheredPlant::File> placed(const std::vector<fs::path>& files) {
 // Whether a tree names a file by an absolute path: on another machine it would not be there.
 void refuse_absolute(const Node& node) {
   if (node.is_scalar() && node.text.size() > 1 && node.text.front() == '/' && fs::exists(node.text))
-    throw PlantError(
-        fmt::format("{} is named by an absolute path, which is not there where the FMU goes; name it "
-                    "relative to the scenario",
-                    in_quotes(node.text)));
+    throw PlantError(fmt::format(
+        "{} is named by an absolute path, which does not exist on other machines; name it relative to the scenario",
+        in_quotes(node.text)));
   for (const Node& item : node.items) refuse_absolute(item);
   for (const NodeEntry& entry : node.entries) refuse_absolute(entry.value);
 }
@@ -183,8 +182,7 @@ PlantPackage read_plant(const fs::path& folder) {
   try {
     const Json json = Json::parse(in);
     if (json.at("format") != kFormat)
-      throw PlantError(
-          fmt::format("{} has format {}, expected is {}", file.string(), json.at("format").dump(), kFormat));
+      throw PlantError(fmt::format("{} has format {}, expected {}", file.string(), json.at("format").dump(), kFormat));
     PlantPackage package;
     package.scenario = json.at("scenario");
     package.settings = json.at("set").get<std::vector<std::string>>();

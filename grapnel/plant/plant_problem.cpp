@@ -29,8 +29,8 @@ void take_out_laws(PostImpactSetup& post) {
 CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
   if (!problem.control)
     throw PlantError(
-        "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
-        "--set 'control.period=10 ms'");
+        "the scenario has no control.period, the sample time of commands and outputs; add it, or use --set "
+        "'control.period=10 ms'");
   ControlSetup& control = *problem.control;
   const std::string other = control.log               ? "control.torques"
                             : !control.plugin.empty() ? "control.plugin"
@@ -38,14 +38,14 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
                                                       : "";
   if (!other.empty())
     throw PlantError("the scenario's " + other +
-                     " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
-                     "parameters, or say --set 'control={period: 10 ms, external: true}'");
+                     " conflicts with the external control of an exported plant; remove it, with its inputs, outputs "
+                     "and parameters, or use --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
     throw PlantError("the scenario has neither an approach nor a post_impact nor a motion, so nothing in it moves");
   if (problem.approach) take_out_laws(*problem.approach);
   for (PostImpactSetup& phase : problem.post_impact) take_out_laws(phase);
   const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
-  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
+  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque rotates it");
   control.external = true;
   control.base_torque = control.base_torque || base_torque;
   control.base_actuators =

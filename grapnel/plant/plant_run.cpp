@@ -156,7 +156,7 @@ void PlantRun::work() {
     if (result.status == CaptureStatus::completed) {
       conclude(result);
     } else {
-      failure = result.failure.empty() ? "the run did not come to its end" : result.failure;
+      failure = result.failure.empty() ? "the run did not complete" : result.failure;
     }
   } catch (const Cancelled&) {
     failure = "the run was cancelled";

@@ -120,7 +120,7 @@ TEST(ImpulsiveConstraint, RejectsInvalidProblems) {
     return "accepted";
   };
   EXPECT_EQ(message([&] { solve_impulsive_constraint(one, J, v, one); }),
-            "solve_impulsive_constraint: sizes of M, J, v and D do not fit");
+            "solve_impulsive_constraint: sizes of M, J, v and D do not match");
   EXPECT_EQ(message([&] { solve_impulsive_constraint(-one, J, v, D); }),
             "solve_impulsive_constraint: M is not positive definite");
   EXPECT_EQ(message([&] { solve_impulsive_constraint(one, J, v, -D); }),

@@ -116,7 +116,7 @@ TEST(LaneGround, LoopsOnAHeldBaseAreNotSupported) {
   PhaseSetup setup = p.setup;
   setup.closures.push_back(
       {"loop", p.model.body_index("b1"), Posed::identity(), p.model.body_index("b2"), Posed::identity()});
-  EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "loops close on a base that is fixed or held");
+  EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "closed loops on a fixed or held base");
   setup.held_root = -1;
   EXPECT_EQ(lane_obstacle(p.model, setup, tight()), "");
 }

@@ -43,7 +43,7 @@ Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integ
     }
     ++d.handed_back;
     EXPECT_EQ(o.status, LaneStatus::handed_back);
-    EXPECT_NE(explanation(o).find("is to go on alone"), std::string::npos);
+    EXPECT_NE(explanation(o).find("a single run must continue the case"), std::string::npos);
     EXPECT_LE(o.time, std::max(last_time(id), p.begin));
     EXPECT_GT(o.next_step, 0);
     if (id == 4) {

@@ -356,7 +356,7 @@ TEST(LaneLoops, LeaveWhenRanksAreDoubtful) {
       const bool in_doubt = id == 1 || id == 4;
       EXPECT_EQ(o.status, in_doubt ? LaneStatus::loops_in_doubt : LaneStatus::finished) << id << explanation(o);
       if (in_doubt) {
-        EXPECT_NE(explanation(o).find("closed loops come near"), std::string::npos);
+        EXPECT_NE(explanation(o).find("closed loops approach a configuration"), std::string::npos);
         continue;
       }
       EXPECT_EQ(o.loops.rank, id == 2 ? 1 : 2);  // of three rows
@@ -393,9 +393,9 @@ TEST(LaneLoops, RequireProjection) {
   Phase p = stretched(0.3);
   EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "");
   p.setup.loop_feedback = 10;
-  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are not closed by projection");
   p.setup.loop_feedback = 0, p.setup.project_loops = false;
-  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are not closed by projection");
 }
 
 // A case with another grasp model has another structure.

@@ -216,7 +216,7 @@ TEST(LaneOutside, RejectsAnotherStructure) {
     }
     return "accepted";
   };
-  const char* expected = "lane_case: what acts from outside has another structure";
+  const char* expected = "lane_case: the external loads have another structure";
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads.pop_back(); }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads[0].frame = LoadFrame::world; }), expected);
   EXPECT_EQ(message([](PhaseSetup& s) { s.loads[0].stream.reset(); }), expected);

@@ -154,7 +154,7 @@ TEST(LanePhase, RejectsInvalidCases) {
                std::invalid_argument);
   EXPECT_THROW(lane_case(structure, phases[0].model, held, phases[0].start, nullptr, c), std::invalid_argument);
   held.held_root = phases[0].model.body_index("b1");
-  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "what is held is no free root, or under attitude control");
+  EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "the held root is not free, or is under attitude control");
   EXPECT_THROW(lane_structure(phases[0].model, held, tight()), std::invalid_argument);
   const auto obstacle_of = [&](const std::function<void(JointDescription&)>& change) {
     ModelBuilder builder;

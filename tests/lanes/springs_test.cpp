@@ -78,7 +78,7 @@ TEST(LaneSprings, TargetDampersAreNotSupported) {
   panel.joint.spring = JointSpring{1, 0.1, 0};
   panel.mass = 1, panel.inertia = Symmetric3d::diagonal(0.1, 0.1, 0.1);
   builder.add(panel);
-  EXPECT_EQ(lane_obstacle(builder.build(), {}, {}), "dampers work elsewhere than in the robot");
+  EXPECT_EQ(lane_obstacle(builder.build(), {}, {}), "dampers outside the robot");
 }
 
 }  // namespace springs_test

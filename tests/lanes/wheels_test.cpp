@@ -276,7 +276,7 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
           EXPECT_LT(difference(rest.end_state, alone.end_state), 1e-6) << id;
           EXPECT_LT(difference(rest.integrals, alone.integrals), 1e-6) << id;
         }
-        EXPECT_NE(explanation(o).find("a reaction wheel comes near its largest rate"), std::string::npos);
+        EXPECT_NE(explanation(o).find("a reaction wheel approaches its maximum rate"), std::string::npos);
         EXPECT_GT(fastest, 0.7 * wheels.rate) << id;
       }
     }
@@ -298,9 +298,9 @@ TEST(LaneWheels, RequireAttitudeControl) {
   PhaseSetup setup = phases[0].setup;
   EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");
   setup.actuators.wheel_speed_rate = 0.1;
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own continuously");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "continuous control of reaction wheel speeds");
   setup.attitude.reset();
-  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels turn without attitude control");
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels without attitude control");
 }
 
 }  // namespace wheels_test

@@ -136,7 +136,7 @@ TEST_F(Plants, MayBeDestroyedAtAnyTime) {
 
 TEST_F(Plants, ReportInvalidScenarios) {
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque turns it"), std::string::npos);
+  EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque rotates it"), std::string::npos);
   CaptureProblem still = problem();
   still.approach.reset(), still.post_impact.reset();
   EXPECT_THROW(plant_of(still, false), PlantError);
