@@ -127,7 +127,7 @@ class WindowSearch {
 
   std::vector<double> times() const {
     std::vector<double> all;
-    // A multiple of the step that equals the end up to rounding error is the end.
+    // A multiple of the step that equals the latest time up to rounding error is the latest time.
     const double length = window_.latest - window_.earliest;
     for (long k = 0; static_cast<double>(k) * step_ < length * (1 - 1e-9); ++k)
       all.push_back(window_.earliest + static_cast<double>(k) * step_);

@@ -210,6 +210,8 @@ struct LoopSolver::Implementation {
     if (!q.empty()) locate_all(links, q);
   }
 
+  // Velocity change times time dq => coordinates q: adds joint and position increments, rotates quaternions by the
+  // exponential map.
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {
     for (const TreeLink<double>& link : model.tree().links) {
       const JointTraits& joint = traits_of(link.joint);
@@ -288,6 +290,7 @@ int LoopSolver::rank() const { return implementation_->factor.rank(); }
 double LoopSolver::contradiction() const { return implementation_->contradiction; }
 double LoopSolver::least_pivot() const { return implementation_->factor.least_pivot(); }
 
+// Last solution => name of the row with the largest contradiction: closure, kind of motion and axis.
 std::string LoopSolver::contradicting_row() const {
   const Implementation& s = *implementation_;
   for (std::size_t k = 0; k < s.paths.size(); ++k) {
@@ -363,6 +366,8 @@ Eigen::MatrixXd LoopSolver::contact_inertia() const {
   return W;
 }
 
+// Inputs of the recursion => vdot and generalized forces with closures, by the range-space method: W lambda = -(J M^-1
+// phi + Jdot v) (2.11), then vdot by (2.12).
 void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback, Workspace& workspace,
                                std::span<double> vdot, std::span<double> force) {
   Implementation& s = *implementation_;
@@ -390,6 +395,8 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
   s.contradiction *= std::max(size, kSmallest) / std::max(size, s.acceleration_size(links));
 }
 
+// Coordinates and velocities => velocities on the closures, by the plastic impact v - M^-1 J^T W^+ J v with one
+// iterative refinement.
 void LoopSolver::close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed,
                                   Workspace& workspace, std::span<double> v) {
   Implementation& s = *implementation_;
@@ -412,6 +419,8 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
   s.contradiction = contradiction;
 }
 
+// State => state on the closures: Newton's method for coordinates (8.9), then the plastic impact for velocities (8.10),
+// both in the mass metric.
 ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, Workspace& workspace,
                                      std::span<double> q, std::span<double> v, double negligible) {
   Implementation& s = *implementation_;

@@ -17,6 +17,8 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   return solve_impulsive_constraint(Cholesky(M), J, v, D, after);
 }
 
+// M = L L^T, J, v-, w, D => v+, P, self-stresses and rank, by the singular value decomposition of Y = L^-1 J^T G^-T
+// with D = G G^T.
 ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
                                              const Eigen::MatrixXd& D, const Eigen::VectorXd& after) {
   if (mass.rows() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows() ||

@@ -150,6 +150,7 @@ double weighted(const ClosureRow& row, const double (&rows)[8]) {
 
 }  // namespace
 
+// Tree and closure paths => storage for all unit wrenches; finds common links of closures and the roots with loops.
 LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths)
     : tree_(tree), sums_(paths.size()), inverse_root_(tree.links.size()), root_factor_of_(tree.links.size(), -1) {
   int slot = 0;
@@ -239,6 +240,8 @@ void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const Dyna
   }
 }
 
+// Articulated inertias in the workspace => columns Y of (8.7) and free relative accelerations, by carrying the unit
+// wrenches of each closure from both sides to the root.
 void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
                         const DynamicsWorkspace<double>& workspace, const DynamicsInput<double>& in) {
   const std::span<const LinkScratch<double>> links = workspace.links;
@@ -324,6 +327,7 @@ void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInp
   for (int k = 0; k < 3; ++k) free += A.angular[k] * F[k] + A.linear[k] * F[3 + k];
 }
 
+// Columns Y => W = Y^T Y (8.7), rows x rows; only common links of two closures contribute.
 void LoopColumns::contact_inertia(std::span<double> W) const {
   const int size = ways_.empty() ? 0 : ways_.back().first_row + ways_.back().rows;
   if (ways_.size() > 1) std::fill(W.begin(), W.end(), 0.0);
@@ -352,6 +356,8 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
   }
 }
 
+// Row values => changes of bias terms g, y and p in the workspace, so that the third sweep includes these wrenches or
+// impulses.
 void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
                          DynamicsWorkspace<double>& workspace) const {
   const std::span<LinkScratch<double>> links = workspace.links;
@@ -432,6 +438,8 @@ bool is_placement(const Posed& X) {
 
 }  // namespace
 
+// Closure => path: links and poses on both sides, chains to the common ancestor or the roots, angular rows and scales.
+// @throws std::invalid_argument as documented in the header.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   const int bodies = static_cast<int>(model.bodies().size());
   if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
@@ -501,6 +509,7 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
 
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
 
+// Place of a closure => position defect as rows of C minus D, rotations as rotation vectors (8.4).
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
   const Posed X_CD = pose_CD(path, place);
   Vector3d turn;  // of D relative to C; the full angle, since the sine vanishes at half a turn as well

@@ -16,6 +16,7 @@ PivotedCholesky::PivotedCholesky(int size)
       inverse_(static_cast<std::size_t>(size)),
       order_(static_cast<std::size_t>(size)) {}
 
+// Matrix => L, D and pivot order, with the largest remaining diagonal as pivot; stops below the tolerance.
 void PivotedCholesky::factor(double tolerance) {
   std::iota(order_.begin(), order_.end(), 0);
   rank_ = 0;
@@ -48,6 +49,7 @@ void PivotedCholesky::factor(double tolerance) {
   }
 }
 
+// b => x on the accepted rows by forward and backward substitution, and the residual b - A x of the other rows.
 void PivotedCholesky::solve(std::span<const double> b, std::span<double> x, std::span<double> residual) {
   for (int step = 0; step < rank_; ++step) {
     const int p = order_[step];

@@ -16,6 +16,8 @@ Vector3d attitude_deviation(const BaseKeepingLaw& law, const Rotationd& R_WB) {
   return s < 1e-150 ? (2 / w) * v : (2 * std::atan2(s, w) / s) * v;
 }
 
+// State and forces => efforts for the attitude law (15.12) with minimum-norm joint accelerations, by the singular value
+// decomposition of B (15.11), plus the largest admissible share of the reactionless motion.
 BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& state, std::span<const double> force,
                                         const Vector3d& gravity, EffortResponse& response) {
   response.update(state, force, gravity);

@@ -34,6 +34,7 @@ struct TargetResponse {
   Vector6d free;
 };
 
+// Response of the robot => acceleration of the target at its centre of mass, rows tau + free, from its point Jacobian.
 TargetResponse target_response(const DetumblingLaw& law, const EffortResponse& response, const Vector3d& gravity) {
   const Model& model = response.model();
   const Kinematics& k = response.kinematics();
@@ -190,6 +191,8 @@ Eigen::VectorXd damping_efforts(const DetumblingLaw& law, const State& state, co
 
 double detumbling_time(const Vector3d& angular_momentum, double torque) { return norm(angular_momentum) / torque; }
 
+// State and forces => efforts by (15.5): affine in the rate k, with the largest k up to (15.3) within all limits, plus
+// damping of the remaining motion within the remaining limits.
 DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& state, std::span<const double> force,
                                      const Vector3d& gravity, EffortResponse& response) {
   response.update(state, force, gravity);

@@ -46,6 +46,7 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
   for (int j : steady) steady_[model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v] = 1;
 }
 
+// State and forces => vdot = free + response tau (15.1) from the factored mass matrix; closed loops by (2.10).
 void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity,
                             std::span<const ExternalWrench> wrenches) {
   forward_kinematics(model_, state, workspace_.kinematics);
@@ -114,6 +115,7 @@ void EffortResponse::close_loops() {
   }
 }
 
+// Affine efforts and limits => largest admissible share, as the intersection of one interval per joint.
 std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::VectorXd& varied,
                                     std::span<const double> limits, double most) {
   double least = 0;

@@ -75,6 +75,7 @@ double squeeze_at(const GraspForceLaw::Pair& pair, double time) {
   return pair.force * s * s * s * (10 + s * (6 * s - 15));
 }
 
+// Poses => grasp map: transmitted directions, projector onto internal wrenches (21.11), and unit squeezes of all pairs.
 GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematics& kinematics) {
   const auto count = static_cast<Eigen::Index>(law.holds.size());
   const Posed& X_WT = kinematics.X_WB[law.target];
@@ -131,6 +132,8 @@ struct GraspForce::Motion {
   Wrench6 free, wanted, size;
 };
 
+// Response of the robot => rows of the target's acceleration and its demanded value: braking (15.3), (15.5), or
+// critically damped motion relative to the base (21.13).
 GraspForce::Motion GraspForce::target_motion_rows() const {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -181,6 +184,8 @@ struct GraspForce::Wrenches {
   Eigen::VectorXd free;
 };
 
+// Response of the robot => stacked grasp wrenches free + A tau (21.12); that of a grasp in the tree from the target's
+// equation of motion.
 GraspForce::Wrenches GraspForce::wrenches() const {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -235,6 +240,8 @@ GraspForce::Wrenches GraspForce::wrenches() const {
   return f;
 }
 
+// State and time => efforts: minimum-norm solution for the target's motion, then for the internal wrenches in its null
+// space (21.14), then damping; internal force and damping are scaled to the effort limits.
 JointLawCommand GraspForce::at(double time, const State& state, std::span<const double> force) {
   response_.update(state, force, gravity_);
   const auto n = static_cast<Eigen::Index>(joints().size());

@@ -36,6 +36,7 @@ Rotationd turned_about(const Vector3d& phi) {
 struct TurnFactors {
   double a = 0, b = 0, a1 = 0, b1 = 0;
 };
+// x = |phi| => a, b and their derivatives a1, b1, in closed form or by power series for small x.
 TurnFactors turn_factors(double x) {
   TurnFactors f;
   if (x < 1) {  // power series, since the closed forms cancel
@@ -79,6 +80,8 @@ double reach_of(const Model& model, const ImpedanceHand& hand) {
 
 }  // namespace
 
+// Reference, kinematics, accelerations => pose, twist and acceleration of D in W: uniform translation, or the body's
+// motion composed with the path on it.
 HandMotion hand_motion(const HandReference& reference, const Kinematics& kinematics,
                        std::span<const BodyAcceleration> accelerations, double time) {
   HandMotion motion;
@@ -153,6 +156,8 @@ struct Impedance::Rows {
   Eigen::VectorXd force;   // K e - D v
 };
 
+// Time => rows of all end-effectors in the controlled directions: accelerations per effort and without efforts, and the
+// demanded acceleration or force (21.1).
 Impedance::Rows Impedance::rows_of(double time) {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
@@ -251,6 +256,8 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
   return command;
 }
 
+// State and time => efforts (21.2) or (21.6), clipped at the limits, plus null-space damping (21.5) within the
+// remaining limits. `J_t`: the weighted transpose of J* (21.3).
 JointLawCommand Impedance::say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t) {
   response_.update(state, force, gravity_, sensed_);
   const Rows rows = rows_of(time);

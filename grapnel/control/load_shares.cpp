@@ -68,6 +68,8 @@ LoadShare share_at(const std::vector<LimitedLoad>& loads, double k) {
   return result;
 }
 
+// Loads => largest k in [0, most] within all limits, from the roots of each load's quadratic inequality; if there is
+// none, the k with the least largest share.
 LoadShare largest_within(const std::vector<LimitedLoad>& loads, double most) {
   if (const LoadShare all = share_at(loads, most); all.share <= 1) return all;
   double low = 0, high = most;

@@ -23,6 +23,7 @@ void scale(double factor, double* row, std::size_t blocks) {
 
 }  // namespace
 
+// Model => order of the velocities and the ancestors of each: the pattern of nonzeros of L.
 BranchCholesky::BranchCholesky(const Model& model) {
   // The mass matrix of a modal chain is dense.
   const bool dense = !model.tree().chains.empty();
@@ -51,6 +52,7 @@ BranchCholesky::BranchCholesky(const Model& model) {
   inverse_.resize(rows());
 }
 
+// M => L of M = L^T L, eliminating velocities from the tips to the roots within the pattern.
 void BranchCholesky::factor(const Eigen::MatrixXd& M) {
   for (const int i : order_) {
     inverse_[i] = M(i, i);
@@ -71,6 +73,7 @@ void BranchCholesky::factor(const Eigen::MatrixXd& M) {
   }
 }
 
+// B => X = M^-1 B, by L^T Y = B and L X = Y, several right-hand sides at a time.
 void BranchCholesky::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   const auto columns = static_cast<std::size_t>(B.cols());
   const std::size_t blocks = (columns + kBlock - 1) / kBlock, stride = blocks * kBlock;

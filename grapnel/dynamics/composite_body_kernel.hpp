@@ -42,6 +42,8 @@ void write_root(const TreeLink<S>& link, const RigidBodyInertia<S>& I, int size,
 
 }  // namespace composite_body_steps
 
+// q => mass matrix (B.8), row-major: accumulates composite inertias inwards; each joint's momentum per unit rate gives
+// its entries with all ancestors.
 template <class S>
 void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace,
                     std::span<S> mass_matrix) {

@@ -21,6 +21,7 @@ struct Sprung {
   std::vector<std::uint8_t> is;  // per velocity: whether its joint has a spring
 };
 
+// Model and locked velocities => coordinates with springs that can move, and their stiffness and damping matrices.
 Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
   const auto is_locked = [&](int v) { return std::find(locked.begin(), locked.end(), v) != locked.end(); };
   const auto n = static_cast<Index>(model.velocities());
@@ -54,6 +55,8 @@ Sprung sprung_coordinates(const Model& model, std::span<const int> locked) {
 
 }  // namespace
 
+// State => modes of vibration: eliminates the coordinates without springs (22.7) and solves L^-1 M* L^-T z = z /
+// omega^2, K = L L^T.
 std::vector<ElasticMode> elastic_modes(const Model& model, const State& state, std::span<const int> locked) {
   const Sprung sprung = sprung_coordinates(model, locked);
   const Index n = sprung.shapes.cols();

@@ -121,6 +121,7 @@ Eigen::MatrixXd generalized_inertia(const MassBlocks& blocks) {
   return blocks.I_m - blocks.I_bm.transpose() * base_response(blocks);
 }
 
+// State and generalized forces => I, c and tau of (2.8), from the blocks of the mass matrix and the bias.
 ReducedEquation reduced_equation(const Model& model, const State& state, int root,
                                  const std::vector<double>& generalized, const Vector3d& gravity) {
   Workspace workspace(model);

@@ -55,6 +55,7 @@ void write_column(Eigen::Ref<Eigen::MatrixXd> J, int column, const Vector3d& ang
 
 }  // namespace
 
+// Kinematics and point => J of (2.1), 6 x velocities: the columns of the joints between the body and its root.
 void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
                     Eigen::Ref<Eigen::MatrixXd> J) {
   if (J.rows() != 6 || J.cols() != model.velocities())
@@ -78,6 +79,8 @@ Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics,
   return J;
 }
 
+// Kinematics and vdot => accelerations of all bodies in W, from parent to child by differentiating the relative motion
+// of each joint.
 std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinematics& k,
                                                  std::span<const double> vdot) {
   const auto rate = [&](int v) { return vdot.empty() ? 0.0 : vdot[v]; };

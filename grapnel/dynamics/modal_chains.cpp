@@ -4,6 +4,7 @@
 
 namespace grapnel {
 
+// A => A Pi, with Pi = S S^T for the orthonormal shapes S of each chain.
 void project_columns(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> A) {
   for (const ModalChain& chain : tree.chains) {
     const auto modes = static_cast<std::size_t>(chain.modes);
@@ -23,6 +24,7 @@ void project_columns(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> A) {
   }
 }
 
+// M => Pi M Pi + alpha (1 - Pi), symmetric.
 void project_mass_matrix(const Tree<double>& tree, Eigen::Ref<Eigen::MatrixXd> M) {
   if (tree.chains.empty()) return;
   std::vector<double> alphas;

@@ -10,6 +10,7 @@
 
 namespace grapnel {
 
+// Accelerations => generalized forces and transmitted wrenches (B.6), by an outward and an inward sweep.
 template <class S>
 void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                   std::span<S> force) {

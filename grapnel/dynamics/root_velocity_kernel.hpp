@@ -55,6 +55,8 @@ GRAPNEL_INLINE Rotation<S> root_rotation(const TreeLink<S>& link, std::span<cons
 
 }  // namespace root_velocity_steps
 
+// Conserved momenta, joint coordinates and rates => positions and velocities of the free roots, V_B = I_c^-1 (h_B -
+// h_joints).
 template <class S>
 void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentum, const S& elapsed,
                    DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v) {
@@ -80,6 +82,7 @@ void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentu
   }
 }
 
+// q and v => conserved momentum, centre of mass and mass of every free root's tree.
 template <class S>
 void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, DynamicsWorkspace<S>& workspace,
                   std::span<RootMomentum<S>> momentum) {

@@ -78,6 +78,7 @@ class ErrorNorm {
   int dimension_ = 0;
 };
 
+// Validates the tolerances and splits the controlled numbers into quaternions and runs of ordinary numbers.
 template <class S>
 ErrorNorm<S>::ErrorNorm(const Manifold& manifold, const Tolerances& tolerances)
     : rtol_(tolerances.rtol), atol_(tolerances.atol_components) {
@@ -109,6 +110,7 @@ ErrorNorm<S>::ErrorNorm(const Manifold& manifold, const Tolerances& tolerances)
   }
 }
 
+// Two states and a difference => sum of squares of (difference/scale), quaternions by their rotation vectors.
 template <class S>
 S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std::span<const S> difference) const {
   using std::abs;
@@ -136,6 +138,7 @@ S ErrorNorm<S>::sum_of_squares(std::span<const S> y0, std::span<const S> y1, std
   return sum;
 }
 
+// State => root mean square of y/scale(y).
 template <class S>
 double ErrorNorm<S>::magnitude(std::span<const S> y) const {
   using std::abs;
@@ -302,6 +305,8 @@ void DormandPrince853<S>::propose_step(double size) {
   proposed_step_ = size;
 }
 
+// Tries steps until one is accepted or the status is final: fits the size to the end, evaluates stages and error, and
+// adapts the size (HNW II.4).
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
@@ -361,6 +366,7 @@ double DormandPrince853<S>::estimate_error(double h) {
                                 norm_.sum_of_squares(this->state_, this->end_, error3_), norm_.dimension());
 }
 
+// Evaluates stages 14 to 16 and the coefficients 1 to 7 of the interpolating polynomial (HNW II.6).
 template <class S>
 template <RightHandSide<S> Rhs>
 void DormandPrince853<S>::prepare_dense_output(Rhs&& rhs) {
@@ -386,6 +392,7 @@ void DormandPrince853<S>::prepare_dense_output(Rhs&& rhs) {
   dense_ready_ = true;
 }
 
+// t => state within the last step from the interpolating polynomial.
 template <class S>
 void DormandPrince853<S>::interpolate(double t, std::span<S> y) const {
   this->require_in_last_step(t);

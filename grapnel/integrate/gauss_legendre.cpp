@@ -32,6 +32,7 @@ double zero(int m, int i) {
 
 }  // namespace
 
+// Number of stages m => nodes, weights, a_ij by (2) and the last two Legendre coefficients by (1).
 GaussLegendre::GaussLegendre(int stages) {
   if (stages < 2) throw std::invalid_argument("GaussLegendre: at least two stages are needed");
   const int m = stages;

@@ -190,6 +190,8 @@ class EventLocator {
   std::vector<S> y_;
 };
 
+// Event function => first sign change in the last step: samples g on the dense output, brackets a change or a dip, and
+// refines it with shrink_bracket().
 template <class S>
 template <class Method, RightHandSide<S> Rhs, class Event>
 std::optional<EventLocation> EventLocator<S>::find(Method& stepper, Rhs&& rhs, Event&& g, Crossing crossing) {

@@ -51,6 +51,7 @@ long double node_function(long double x) {
   return now - before;
 }
 
+// The Radau points on [0, 1]: bracketed zeros of P_5 - P_4, by bisection in extended precision, and 1.
 std::array<long double, kStages> nodes() {
   std::array<long double, kStages> c{};
   int found = 0;
@@ -70,6 +71,8 @@ std::array<long double, kStages> nodes() {
   return c;
 }
 
+// Coefficients of the method in extended precision: collocation matrix a, weights e of the error estimate (12.23),
+// eigenvalues and eigenvectors of a.
 Tableau make_tableau() {
   Tableau t;
   const std::array<long double, kStages> c = nodes();
@@ -278,6 +281,7 @@ bool decompose(int n, double* re, double* im, int* pivot) {
   return true;
 }
 
+// Right-hand side => solution of the real or complex linear system by the LU factors, in place.
 template <bool complex>
 void solve(int n, const double* re, const double* im, const int* pivot, double* x, double* y) {
   for (int k = 0; k < n; ++k) {
@@ -413,6 +417,7 @@ bool RadauIIA::evaluate_stages(double h) {
   return evaluate({times_.data(), kStages}, {moved_.data(), kStages * n}, F_);
 }
 
+// Step size => stage increments Z by the simplified Newton iteration (12.19) to (12.22); monitors the contraction rate.
 RadauIIA::Newton RadauIIA::solve_stages(double h) {
   const Tableau& T = tableau();
   const int n = system_.coupled();
@@ -505,6 +510,8 @@ void RadauIIA::restart(double first_step) {
   contraction_ = 1;
 }
 
+// Makes one step up to `limit`: predicts, solves the stages, estimates the error and adapts the size until a trial is
+// accepted. False after too many attempts.
 bool RadauIIA::step(double limit) {
   std::copy(y_.begin(), y_.end(), y_begin_.begin());
   begin_ = t_;
@@ -568,6 +575,8 @@ bool RadauIIA::step(double limit) {
   return false;
 }
 
+// Repeats the last step with its end at t: predicts from its polynomial and solves the stages. At t = begin() the state
+// at the begin is restored.
 bool RadauIIA::end_at(double t) {
   const double h = t - begin_;
   if (!(t > begin_)) {

@@ -74,6 +74,7 @@ class RungeKutta4 : public Stepper<S> {
   std::vector<S> stage_state_;
 };
 
+// Makes one step on the grid, or to the end time, with the four classical stages.
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus RungeKutta4<S>::step(Rhs&& rhs) {
@@ -111,6 +112,7 @@ StepStatus RungeKutta4<S>::step(Rhs&& rhs) {
   return this->status_;
 }
 
+// t => state within the last step by cubic Hermite interpolation.
 template <class S>
 void RungeKutta4<S>::interpolate(double t, std::span<S> y) const {
   this->require_in_last_step(t);

@@ -180,6 +180,7 @@ void Stepper<S>::reset_derivative(Rhs&& rhs) {
   }
 }
 
+// Times and initial state => initialized stepper with the derivative at t0.
 template <class S>
 template <class Rhs>
 void Stepper<S>::begin(Rhs& rhs, double t0, std::span<const S> y0, double t_end) {

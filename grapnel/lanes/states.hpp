@@ -13,7 +13,7 @@
 
 namespace grapnel::lanes {
 
-/// Thread safety: immutable; run() may be called by several threads at once.
+/// Thread safety: immutable; several threads may call run() concurrently.
 class States {
  public:
   /// The model must outlive it. The set must be supported. @throws std::runtime_error if GRAPNEL_LANES names an

@@ -8,6 +8,8 @@
 
 namespace grapnel {
 
+// Frame => maximum length of its chain: sum of the distances between consecutive joints, with prismatic joints at their
+// limits.
 ArmReach arm_reach(const Model& model, int frame) {
   const Frame& f = model.frames()[frame];
   ArmReach reach{-1, norm(f.X_BE.p)};
@@ -41,6 +43,7 @@ constexpr double kGood = 1e-6;  // sufficient, since the base will move [m and r
 
 }  // namespace
 
+// Goals => arms: groups of goals whose chains share joints.
 std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goals) {
   std::vector<Arm> arms;
   for (const Goal& goal : goals) {
@@ -66,6 +69,8 @@ std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goal
   return arms;
 }
 
+// Initial guess => joint values of the arm for its goals with a fixed base, by damped minimum-norm Newton steps;
+// returns whether they converged.
 bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                    std::vector<double>& theta) {
   const std::vector<int>& joints = arm.joints;
@@ -121,6 +126,7 @@ std::vector<double> ArmStarts::random_values() {
   return theta;
 }
 
+// Fills the solutions of one arm from random initial guesses and ranks them by the objective.
 void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   const Arm& arm = solved.arm;
   if (arm.joints.empty()) return;
@@ -147,6 +153,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   for (auto& f : found) solved.solutions.push_back(std::move(f.second));
 }
 
+// Next combination of the arms' solutions as an initial guess, random values where an arm has none.
 std::vector<double> ArmStarts::next() {
   std::vector<double> theta = problem_.guess;
   const std::vector<double> random = random_values();

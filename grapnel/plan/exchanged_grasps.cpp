@@ -51,6 +51,7 @@ std::vector<std::vector<std::size_t>> other_assignments(std::size_t goals) {
 
 }  // namespace
 
+// Unreachable goals => message with an assignment of end-effectors that reaches all goals; empty if there is none.
 std::string exchange_of_grasps(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB_end,
                                const std::vector<std::vector<std::size_t>>& faulty) {
   const std::vector<double>& from = problem.start.position;

@@ -4,6 +4,7 @@
 
 namespace grapnel {
 
+// Validates the model and maps joints to links of the tree.
 FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), floats_(floats) {
   const auto& links = model.tree().links;
   const std::size_t count = links.size();
@@ -130,6 +131,8 @@ Twistd FloatingBase::frame_twist(int frame) const {
   return shift(V_[link], frame_pose(frame).p);
 }
 
+// Rates of the last move() => derivatives of the frame's twist with respect to joint values, by (2) and (3) along its
+// chain.
 void FloatingBase::frame_twist_per_angle(int frame, Matrix6Xd& D) const {
   const auto& links = model_.tree().links;
   const int link = model_.bodies()[model_.frames()[frame].body].placement.link;

@@ -52,6 +52,7 @@ int error_rows(std::span<const Goal> goals) {
   return rows;
 }
 
+// Base pose and placed joints => stacked errors of all goals.
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error) {
   error.resize(error_rows(goals));
   int row = 0;
@@ -67,6 +68,7 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   }
 }
 
+// Base pose and placed joints => errors and their Jacobians with respect to joints and a base displacement.
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
                 Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base) {
   goal_error(base, X_WB, goals, error);
@@ -161,6 +163,8 @@ Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
 
 }  // namespace
 
+// Base pose and momentum => rows G and b of the demand, with G from the generalized Jacobian (2.5) and b without the
+// momentum part (2.3).
 void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
                  RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b, const Vector3d& w_B) {
   const int rows = demanded_rows(goals, demand);
@@ -184,6 +188,7 @@ GoalGap goal_gap(const Goal& goal, const Posed& X_WE, const Twistd& V_WE) {
           looked_at(goal, spin_rows(goal, RateDemand::task), V.angular)};
 }
 
+// Base pose and momentum => minimum-norm rates G^+ b and the unmet part, refined once.
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                              std::span<const Goal> goals, RateDemand demand, const Vector3d& w_B) {
   Eigen::VectorXd b;
@@ -192,7 +197,7 @@ DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const 
   result.G_inverse = pseudo_inverse(result.G, 1e-10);
   result.rates = result.G_inverse * b;
   result.unmet_part = b - result.G * result.rates;
-  // One refinement step: the pseudo-inverse is accurate to rounding error of its own entries, its product with the
+  // One refinement step: the pseudo-inverse is accurate to the rounding error of its entries, its product with the
   // remainder to that of the rates.
   const Eigen::VectorXd rest = result.G_inverse * result.unmet_part;
   result.rates += rest;
@@ -213,6 +218,7 @@ struct WeightedChange {
   Eigen::MatrixXd per_angle, per_rotation;
 };
 
+// Weights on the rows => derivatives of the weighted rows G with respect to joint values and base rotation.
 WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, RateDemand demand,
                               const Eigen::VectorXd& weights) {
   const int n = base.joints();
@@ -244,6 +250,7 @@ WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<c
 
 }  // namespace
 
+// Demanded rates => their derivatives with respect to joint values and a base displacement, by (1) of goal.hpp.
 RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                                  std::span<const Goal> goals, RateDemand demand, const DemandedRates& demanded) {
   const int n = base.joints();
@@ -393,6 +400,7 @@ double Objective::excursion(std::span<const double> position, std::span<const do
   return sum;
 }
 
+// K => positive definite approximation of the objective's Hessian, from the quadratic terms and a small regularization.
 Eigen::MatrixXd Objective::curvature(const Eigen::MatrixXd& K) const {
   constexpr double kLittle = 1e-6;
   const Eigen::Index n = K.rows(), knots = K.cols() / std::max<Eigen::Index>(n, 1) - 1;

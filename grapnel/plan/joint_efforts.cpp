@@ -9,6 +9,8 @@ JointEfforts::JointEfforts(FloatingBase& base, const Vector3d& gravity)
   forces_.gravity = gravity;
 }
 
+// Motion of the joints => efforts (1): recursive Newton-Euler with zero base acceleration, corrected by the base's
+// reaction wrench.
 void JointEfforts::evaluate(std::span<const double> position, std::span<const double> rate,
                             std::span<const double> acceleration, const Posed& X_WB, const Momentumd& h_B,
                             std::span<double> effort) {
@@ -39,6 +41,8 @@ void JointEfforts::evaluate(std::span<const double> position, std::span<const do
   }
 }
 
+// Motion of the joints and weights => derivatives of the weighted sum of efforts (2), by reverse differentiation (3),
+// (4).
 void JointEfforts::differentiate(std::span<const double> position, std::span<const double> rate,
                                  std::span<const double> acceleration, const Posed& X_WB, const Momentumd& h_B,
                                  std::span<const double> weights, Gradient& gradient) {

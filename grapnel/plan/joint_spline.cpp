@@ -18,6 +18,7 @@ JointSpline::JointSpline(int knots) : knots_(knots) {
   for (int i = 0; i <= kSplineDegree; ++i) t_.push_back(1);
 }
 
+// x => values and two derivatives of all N_k, by the de Boor-Cox recursion on the span that contains x.
 void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   std::fill(values.begin(), values.end(), JointPoint{});
   if (knots_ == 0) return;
@@ -52,6 +53,7 @@ void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   }
 }
 
+// Path and coefficients => pieces of the trajectory, a Chebyshev series per span interpolated at its points.
 std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span<const double> coefficients) {
   const double T = path.duration;
   const int knots = static_cast<int>(coefficients.size());

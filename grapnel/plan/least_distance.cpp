@@ -18,6 +18,7 @@ const Eigen::VectorXd& NearestBelow::products(Eigen::Index row) {
   return p;
 }
 
+// Relaxation e^2 => solution of (1): adds the most violated row to the active set until none is violated.
 LeastDistance NearestBelow::with(double giving) {
   constexpr double kMet = 1e-10;
   LeastDistance result{c_, 0, Eigen::VectorXd::Zero(count())};

@@ -55,6 +55,7 @@ NodeLayout layout_of(int links, int joints) {
 
 using MakeNodes = SegmentNodes* (*)(const NodeTables&);
 
+// Instruction set => factory of its nodes; one lane if there is none.
 MakeNodes nodes_of([[maybe_unused]] std::optional<lanes::InstructionSet> set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set.value_or(lanes::InstructionSet::one_lane)) {
@@ -129,6 +130,7 @@ std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
   return pieces_of(start_.begin, path(j, position, rate), own);
 }
 
+// Number of panels => times, weights and basis functions of all nodes.
 void PathSegment::lay_panels(int panels) {
   if (laid_ == panels) return;
   laid_ = 0;  // invalid until the setup is complete
@@ -222,6 +224,7 @@ Eigen::Matrix3Xd PathSegment::summed() const {
   return sum;
 }
 
+// Sums over the nodes => derivatives of the final base displacement (3) with respect to all unknowns.
 void PathSegment::add_sensitivities(const Quaterniond& q, SegmentEnd& end) {
   const int n = joints();
   const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * phi_;
@@ -243,6 +246,7 @@ void PathSegment::forget_nodes() {
   way_points_ = nodes();
 }
 
+// Node => its link poses, computed on first use.
 const PlacedLinks& PathSegment::links_at(int node) const {
   const auto n = static_cast<std::size_t>(node);
   PlacedLinks& links = placed_[n];
@@ -272,6 +276,7 @@ void PathSegment::keep_way(int least_panels) {
   for (int& panels : panels_) panels = std::max(panels, least_panels_);
 }
 
+// Node => state of joints and base there.
 PathSegment::WayPoint PathSegment::way_point(int index) const {
   if (index < 0 || index >= way_points_) throw std::out_of_range("PathSegment::way_point: no such node");
   const auto i = static_cast<std::size_t>(index), n = start_.position.size();
@@ -337,6 +342,7 @@ Eigen::Matrix3Xd PathSegment::turn_per_unknown(int index) const {
   return Phi * sum;
 }
 
+// Node => derivatives of the base's angular velocity with respect to all unknowns, by differentiating (1).
 Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
   Eigen::Matrix3Xd D = Eigen::Matrix3Xd::Zero(3, unknowns());
   if (!base_.floats()) return D;
@@ -355,6 +361,8 @@ Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
   return (Eigen::Matrix3d() << H[0], H[3], H[4], H[3], H[1], H[5], H[4], H[5], H[2]).finished() * D;
 }
 
+// Final values, rates and coefficients => final base pose (1) and its sensitivities (3); refines the panels until the
+// nodes resolve the rotation.
 SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
                             SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();

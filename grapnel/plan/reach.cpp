@@ -51,6 +51,8 @@ class Search {
     }
   }
 
+  // Runs the search: Newton's method from the guess, from the arms' solutions and from settled base poses, then the
+  // choice among the solutions.
   ReachSolution run() {
     std::vector<double> guess = problem_.guess;
     for (std::size_t j = 0; j < guess.size(); ++j)
@@ -213,6 +215,7 @@ class Search {
     }
   }
 
+  // Number of solutions that differ by more than 1e-3 in a joint.
   int distinct() const {
     constexpr double kSame = 1e-3;  // [rad or m]
     int count = 0;
@@ -346,6 +349,7 @@ class Search {
     return best;
   }
 
+  // Records the failure of the path constraints with the closest attempt.
   void refuse(const Shot& best, const std::optional<WayEnd>& nearest, int knots) {
     const bool known = nearest && nearest->shot;
     result_.found = false;
@@ -375,6 +379,7 @@ class Search {
     attempt(*first.shot, knots, 0);
   }
 
+  // Copies a shot to the result, with its errors, objective and singular value.
   void take(const Shot& shot) {
     result_.position = shot.position.empty() ? problem_.guess : shot.position;
     result_.rate = shot.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : shot.rate;

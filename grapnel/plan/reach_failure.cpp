@@ -67,6 +67,7 @@ Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, c
 
 }  // namespace
 
+// Joint values => least-squares solution of the arm's goals with a fixed base, by SLSQP within the joint limits.
 Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                        std::vector<double>& theta) {
   StillArm still{base, X_WB, arm, theta};
@@ -94,6 +95,8 @@ Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, co
   return n;
 }
 
+// Initial joint values => least-squares solutions of all arms at the base pose after the motion to them, in alternating
+// rounds.
 SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::vector<double> theta) {
   constexpr int kRounds = 4;
   SettledArms s{split_arms(base, problem.goals), {}, std::move(theta), problem.start.X_WB};
@@ -169,6 +172,7 @@ double gap_square(const std::vector<double>& x, std::vector<double>& gradient, v
   return static_cast<FreeChain*>(data)->half_square(x, gradient);
 }
 
+// Initial point => least-squares solution of the goals over joints and base pose, by SLSQP.
 ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std::vector<double> x) {
   const std::size_t n = static_cast<std::size_t>(chain.base.joints());
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
@@ -214,6 +218,7 @@ std::string who_and_where(std::span<const Goal> goals) {
                      quoted_list(points), goals[0].target);
 }
 
+// Error vector => message with the remaining distance and angle per goal.
 std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error) {
   std::string text;
   const std::vector<GoalMiss> miss = misses(goals, error);
@@ -275,6 +280,7 @@ std::vector<Goal> pick(std::span<const Goal> goals, const std::vector<std::size_
 
 }  // namespace
 
+// Goals => closest attempt over joints and base pose, from several initial guesses.
 ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
                                  const std::vector<double>& theta) {
   FreeChain chain{base, goals, problem.start.X_WB};
@@ -298,6 +304,7 @@ ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem
   return best;
 }
 
+// Goals => incompatible pairs on one target, then incompatible sets of compatible pairs.
 std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProblem& problem,
                                              const std::vector<double>& theta) {
   std::map<std::string, std::vector<std::size_t>> by_target;
@@ -319,6 +326,7 @@ std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProb
   return found;
 }
 
+// Goal => message by how much it is beyond the length of its arm; empty if it is within.
 std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal) {
   const Model& model = base.model();
   const ArmReach reach = arm_reach(model, goal.frame);
@@ -434,6 +442,7 @@ std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd&
   return result;
 }
 
+// Closest attempt => message with the cause of the failure, and the smallest errors per goal.
 Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried) {
   const std::vector<double>& from = closest.valid ? closest.position : problem.guess;
   const SettledArms settled = settle_arms(base, problem, from);

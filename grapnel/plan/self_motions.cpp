@@ -84,6 +84,7 @@ double SelfMotions::begins_elsewhere_by(const Eigen::VectorXd& v) const {
   return start_scale() * (freedom_->position * v.head(start_unknowns())).lpNorm<Eigen::Infinity>();
 }
 
+// Unknowns v => initial state of the approach and its derivatives.
 SelfMotions::State SelfMotions::begin(const Eigen::VectorXd& v) {
   const int columns = derivatives_ ? unknowns() : 0;
   State s;
@@ -104,6 +105,8 @@ SelfMotions::State SelfMotions::begin(const Eigen::VectorXd& v) {
   return s;
 }
 
+// Unknowns v => states at the ends of all steps, with derivatives on request: three Runge-Kutta steps, then
+// Adams-Bashforth-Moulton.
 std::vector<SelfMotions::Node> SelfMotions::integrate(const Eigen::VectorXd& v, Derivatives derivatives) {
   derivatives_ = derivatives == Derivatives::all;
   std::vector<Node> nodes;
@@ -222,6 +225,7 @@ Eigen::VectorXd SelfMotions::rates_nearest_to(const Eigen::VectorXd& z, const Po
   return demanded.rates;
 }
 
+// Weighted sum of changes.
 SelfMotions::Change SelfMotions::sum(std::initializer_list<std::pair<double, const Change&>> terms) {
   Change sum = terms.begin()->second;
   const double first = terms.begin()->first;

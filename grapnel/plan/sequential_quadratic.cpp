@@ -116,6 +116,7 @@ class Minimization {
                std::vector<double>& y, Eigen::MatrixXd& B)
       : program_(program), free_(free), search_(search), y_(y), B_(B) {}
 
+  // Main loop: takes steps until the step limit, convergence of the objective, or stagnation => number of steps.
   int run() {
     at_ = linearized();
     value_ = program_.value(), violation_ = std::max(0.0, program_.violation());

@@ -33,6 +33,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
+// Other unknowns => final rates predicted by K; the present rates if the predicted change is large.
 std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<const double> others) const {
   std::vector<double> result = rate;
   if (K.size() == 0) return result;
@@ -49,6 +50,8 @@ std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<co
   return result;
 }
 
+// Final joint values => consistent final rates by Newton's method in the base coordinates, base pose, errors and total
+// derivatives (2) of reach.hpp.
 Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy,
                      std::span<const double> coefficients) {
   const int n = base_.joints(), unknowns = n * (1 + problem_.start.knots);
@@ -198,6 +201,7 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
 
 }  // namespace
 
+// Solution => locally optimal shot: rounds of SLSQP with independent combinations of the goal errors as constraints.
 Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
   if (solution.J.size() == 0) return solution;  // no joints: no freedom, and no SVD
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -260,6 +264,8 @@ Eigen::VectorXd damped_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, 
   return J.transpose() * (of.eigenvectors() * y);
 }
 
+// J and e => minimum-norm step. With damping: exact if all singular values exceed the threshold, otherwise damped;
+// without: by the singular value decomposition.
 Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
   step.filtered = false;
   if (damping > 0) {
@@ -291,6 +297,7 @@ double smallest_singular_value(const Eigen::MatrixXd& J) {
   return smallest;
 }
 
+// J, e, bounds => minimum-norm step within the bounds, by fixing the most violated variable and solving again.
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
                            const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
   const int n = static_cast<int>(x.size());

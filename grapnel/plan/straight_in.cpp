@@ -325,6 +325,7 @@ DormandPrince853<double> make_stepper(const Manifold& manifold, const StraightIn
   return {manifold, tolerances, control};
 }
 
+// Problem => motion at the sample points of all numbers of pieces, by one adaptive integration of (1).
 Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
   Motion motion(base, problem, path);
   DormandPrince853<double> stepper = make_stepper(motion.manifold(), problem);
@@ -385,6 +386,7 @@ Rotationd turned_by(const Vector3d& v) {
 
 }  // namespace
 
+// Targets at a time => goals of all end-effectors on their approach lines, with the demanded twists.
 std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double time) {
   const double duration = problem.end - problem.begin, t = time - problem.begin;
   const JointPath to_the_point{JointProfile::quintic, duration, problem.stand_off, 0, 0, -problem.final_speed};
@@ -426,6 +428,7 @@ std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& p
   return result;
 }
 
+// x => phi_0(x), phi_1(x), ..., by the three-term recursion of the Gegenbauer polynomials.
 void self_motion_basis(double x, std::span<double> phi) {
   constexpr double kOrder = 4.5;  // of the Gegenbauer polynomials: their weight on [-1, 1] is (1 - u^2)^4
   const double u = 2 * x - 1, bump = 1 - u * u;
@@ -441,6 +444,8 @@ void self_motion_basis(double x, std::span<double> phi) {
   }
 }
 
+// Problem => joint trajectories as Chebyshev series: integrates (1) and increases the number of pieces until the fit is
+// within tolerance.
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {
   // One integration serves these numbers of pieces; most motions need no more.
   constexpr int kNumbers[2][3] = {{2, 4, 8}, {16, 32, 64}};

@@ -35,6 +35,8 @@ class StraightSearch {
                  const StartFreedom* freedom)
       : base_(base), problem_(problem), look_(base, kept), motions_(base, problem, freedom) {}
 
+  // Runs the search: checks the minimum-norm rates, then the exchange method with self-motion, and refines the margin
+  // between nodes.
   StraightWay run() {
     Eigen::VectorXd v = Eigen::VectorXd::Zero(motions_.unknowns());
     StraightWay best;
@@ -109,6 +111,8 @@ class StraightSearch {
     double farthest = 0;  // maximum joint motion [rad or m]
     double foreseen = 0;  // predicted violation after the step
   };
+  // Iterate => step to the nearest v that satisfies the linearized constraints, with the least relaxation that keeps
+  // joint motion within the radius.
   Step step_within(double radius, Iterate& at, double share) {
     if (!at.has_derivatives) at.nodes = motions_.integrate(at.v, SelfMotions::Derivatives::all);
     at.has_derivatives = true;
@@ -283,6 +287,7 @@ class StraightSearch {
     Eigen::MatrixXd A;
     Eigen::VectorXd b;
   };
+  // States at the nodes => linearized constraints A v <= b at the selected instants.
   Rows linear_at(const std::vector<Node>& nodes, const Eigen::VectorXd& v) {
     const int n = base_.joints();
     const auto count = static_cast<Eigen::Index>(instants_.size());
@@ -360,6 +365,8 @@ class StraightSearch {
 
 }  // namespace
 
+// Solution at the stand-off => basis of joint and base displacements that keep the end-effectors in place: the null
+// space of the goals' Jacobian.
 StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const ReachSolution& solution) {
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;

@@ -37,6 +37,8 @@ class Exchange : private NonlinearProgram {
     }
   }
 
+  // Solution and coefficients => feasible local minimum (1): sequential quadratic programming at the nodes, then a
+  // check between them with an increased margin if necessary.
   WayEnd run(const Shot& solution, std::vector<double> coefficients, bool improves) {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
@@ -146,7 +148,7 @@ class Exchange : private NonlinearProgram {
       for (Found& f : found) f.value -= f.at.kept == Kept::clearance ? asked : 0;
       return found;
     };
-    // The minimum distance has hardly changed; otherwise close pairs are searched for again.
+    // The minimum distance has barely changed; otherwise close pairs are searched for again.
     double wanted = -kInfinite;
     if (wants_clearance()) wanted = std::isfinite(least_) ? least_ + kBand : 0;
     std::vector<Found> found = look(wanted);
@@ -193,6 +195,7 @@ class Exchange : private NonlinearProgram {
 
   bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_ || first_ != known_first_; }
 
+  // Present point => gradients of the objective, the goals' errors and the nearly violated constraints.
   Linearized linearized() override {
     scan();
     level_ = known_least();
@@ -361,6 +364,8 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
   return coefficients;
 }
 
+// Problem and solution => result of the exchange method; repeats it with all nodes if the path between the nodes is
+// infeasible.
 WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt,
                 int steps) {
   constexpr int kFiner = 4;

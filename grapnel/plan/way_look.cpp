@@ -19,6 +19,7 @@ constexpr double kDifference = 1e-6;  // increment of finite differences of effo
 WayLook::WayLook(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), setup_(problem.way), efforts_(base, problem.motion.gravity), n_(base.joints()) {}
 
+// States at the nodes => local maxima of all violations above -band, and the figures of the path.
 std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, double band, double wanted,
                                           WayFigures* figures) {
   std::vector<Found> found;
@@ -77,6 +78,7 @@ std::vector<WayLook::Found> WayLook::scan(int nodes, const PointAt& point_at, do
   return found;
 }
 
+// Violation => message with the constraint, its value, limit and time.
 std::string WayLook::describe(const Found& f, const PathSegment::WayPoint& w) const {
   const auto joint = [&] { return base_.model().bodies()[base_.model().joints()[f.at.index]].description.joint.name; };
   const auto j = static_cast<std::size_t>(f.at.index);
@@ -182,6 +184,8 @@ double WayLook::effort_violation(const Instant& at, const PathSegment::WayPoint&
   return scale * effort[static_cast<std::size_t>(at.index)] - 1;
 }
 
+// Weights on efforts => derivatives with respect to the motion at a node, by reverse differentiation or, for rotors
+// with stated axes, by finite differences.
 void WayLook::add_effort_change(const PathSegment::WayPoint& w, const std::vector<double>& effort,
                                 const Eigen::VectorXd& weights, PerMotion& d) {
   if (base_.model().rotors().empty()) {
@@ -235,6 +239,7 @@ void WayLook::add_wheel_change(const PathSegment::WayPoint& w, std::span<const d
   }
 }
 
+// State at a node => poses of all bodies of the clearance model.
 void WayLook::place(const PathSegment::WayPoint& w, Kinematics& at) {
   const WayBodies& bodies = *setup_.bodies;
   at.X_WB.resize(bodies.link.size());
@@ -268,6 +273,7 @@ bool WayLook::may_touch(const Instant& at, const PathSegment::WayPoint& w) {
   return may_touch(at.index, w, kinematics);
 }
 
+// State at a node => distances of all pairs that lower bounds do not exclude.
 template <class Note>
 void WayLook::look_at_distances(int node, const PathSegment::WayPoint& w, const Kinematics& at, double band,
                                 double wanted, WayFigures* figures, Note&& note) {
@@ -298,6 +304,7 @@ double WayLook::distance(int pair, const PathSegment::WayPoint& w, PerMotion* d)
   return found.distance;
 }
 
+// Point of a body => its displacement along n per joint value and base rotation, (2) of way.hpp.
 void WayLook::add_point(int body, const Vector3d& p_W, const Vector3d& n, const PathSegment::WayPoint& w,
                         PerMotion& d) {
   const int link = setup_.bodies->link[static_cast<std::size_t>(body)];

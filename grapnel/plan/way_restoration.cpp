@@ -126,6 +126,7 @@ class Restoration {
     double farthest = 0, foreseen = 0;
   };
 
+  // Present point => minimum-norm step (1) with the least relaxation of the rows for which it is within the radius.
   Step step_within(double radius, const std::vector<double>& y) {
     const Shot& shot = way_.shot();
     const int size = way_.unknowns();

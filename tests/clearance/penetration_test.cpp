@@ -64,7 +64,7 @@ TEST_P(Overlap, DepthSeparatesAndIsNearlyMinimal) {
       return extent(a_shape, transposed_times(X_WA.R, n)) + extent(b_shape, transposed_times(X_WB.R, n)) -
              dot(n, X_WB.p - X_WA.p);
     };
-    // The depth is that of its own normal: moved by it along the normal, the shapes just touch.
+    // The depth is that along the normal: moved by it along the normal, the shapes just touch.
     ASSERT_NEAR(depth_along(d.normal), -d.distance, 1e-7);  // measured 2.2e-9, rods in cylinders
     const Posed apart{X_WB.R, X_WB.p - d.distance * d.normal};
     ASSERT_LT(parted.note(std::abs(shape_distance(a_shape, X_WA, b_shape, apart).distance), i),

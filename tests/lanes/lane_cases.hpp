@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them.
+/// Eight cases of one random tree structure with separate numbers, and lane kernel runs on them.
 
 #include <array>
 #include <memory>

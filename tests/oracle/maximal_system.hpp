@@ -35,7 +35,7 @@ struct MaximalState {
   Eigen::Vector3d origin(const Model& model, int body) const;
 };
 
-/// Poses and twists by a recursion of its own over the joints' descriptions.
+/// Poses and twists by a separate recursion over the joints' descriptions.
 MaximalState maximal_state(const Model& model, const State& state);
 
 /// What acts. Empty vectors mean zero, or nothing prescribed.
