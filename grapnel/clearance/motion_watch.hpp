@@ -182,7 +182,6 @@ class ClearanceWatch {
 /// of the cubic overshoots if the acceleration jumps). Nor are efforts, whose events begin and end at samples. A value
 /// counts as beyond a limit if it exceeds it by more than 1e-9 of it (positions: of the larger of both limits). Motions
 /// planned to end on a limit and efforts clipped at a limit are therefore no violations.
-/// both limits), so that motions planned to end on a limit and efforts cut at a limit are no violation.
 class LimitWatch {
  public:
   /// `efforts_are_cut`: motors saturate at their limits; such intervals are recorded as `effort_saturated`.

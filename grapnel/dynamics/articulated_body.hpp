@@ -83,7 +83,6 @@ struct DynamicsInput {
 ///
 /// Modal joints are supported for doubles only; other scalars treat their joints as independent, with velocities that
 /// must be consistent with the modes. A chain is prescribed as a whole or not at all.
-/// prescribed, the force that it takes. All spans have Tree::velocities entries.
 template <class S>
 void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                       std::span<S> vdot, std::span<S> force);

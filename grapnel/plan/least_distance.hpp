@@ -24,7 +24,6 @@ struct LeastDistance {
 ///
 /// Supports several values of e in turn. Each solution starts from the active rows and row products of the previous
 /// one. Smaller e activates more rows, so a descending sequence of e is the cheapest order.
-/// may give way the more of them hold, so it takes least from the largest e down.
 class NearestBelow {
  public:
   NearestBelow(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, Eigen::VectorXd c);

@@ -21,7 +21,6 @@ struct PlantError : std::runtime_error {
 /// trajectories are unchanged and remain the joints' references. The caller sets ControlSetup::source. @throws
 /// PlantError if there is no sampled control, another controller is configured, the robot has no actuators, or a torque
 /// is requested on a fixed base.
-/// there is no torque on a base that is fixed.
 CaptureProblem plant_of(CaptureProblem problem, bool base_torque);
 
 }  // namespace grapnel
