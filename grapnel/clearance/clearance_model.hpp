@@ -72,8 +72,8 @@ struct Clearance {
 /// checked, also if their common parent has no shape;
 /// - of ignored pairs of bodies.
 ///
-/// Held bodies are named as `held`, whatever joint represents the grasp. They are adjacent to no body; a body that may
-/// touch them must be in an ignored pair.
+/// Held bodies are named as `held`, for any joint that represents the grasp. They are adjacent to no body; a body that
+/// may touch them must be in an ignored pair.
 ///
 /// Distances are computed only if lower bounds (bounding spheres, then bounding capsules) do not exclude the pair; this
 /// does not change the result.

@@ -94,7 +94,7 @@ class Loads {
     for (const LoopClosure& closure : response_.closures()) first.push_back(next), next += row_count(closure.model);
     Vector6d a = target_.rows * effort;
     if (with_free) a += target_.free - stacked(Vector3d::zero(), target_.falling);
-    // About the centre of mass: the contribution of the tree's own grasp beside the others.
+    // About the centre of mass: the wrench of the tree's own grasp that complements the others.
     Wrenchd left{target_.body.inertia * spatial(a.head<3>()), target_.body.mass * spatial(a.tail<3>())};
     if (with_free) left.angular += target_.gyroscopic;
     for (std::size_t i = 0; i < law_.holds.size(); ++i) {

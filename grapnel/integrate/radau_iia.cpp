@@ -141,7 +141,7 @@ bool finite(std::span<const double> x) {
   return sum == 0;
 }
 
-// The arrays never overlap: told so, the compiler makes vectors of loops this short without asking each time.
+// The arrays never overlap; with __restrict the compiler vectorizes these short loops without run-time checks.
 
 // y += a x.
 inline void add(int n, double a, const double* __restrict x, double* __restrict y) {

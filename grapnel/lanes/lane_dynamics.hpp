@@ -284,7 +284,7 @@ class LaneDynamics {
   LaneWheels<S> wheels_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
-  LaneArray<S> motor_, friction_, spring_;  // friction_: dampers beside springs included
+  LaneArray<S> motor_, friction_, spring_;  // friction_: includes dampers parallel to springs
   LaneArray<S> pieces_;                     // the interval's
   LaneNoise<S> noise_;
   LaneCommands<S> commands_;

@@ -283,7 +283,7 @@ void LaneLoops<S>::accelerate(const DynamicsInput<S>& in, DynamicsWorkspace<S>& 
   columns_.impose(rows_.data(), in.prescribed, links);
   sweep_outward(in, workspace, vdot, force);
   contradicted_ = Mask::from_bits(0);
-  if (pivots_.all_independent()) return;  // no redundant row, hence no inconsistency
+  if (pivots_.all_independent()) return;  // no redundant row, therefore no inconsistency
   S worst(0.0);
   for (int i = 0; i < columns_.rows(); ++i) worst = max(worst, abs(residual_[i]));
   const S allowed = S(kContradiction) * max(S(kSmallest), max(size, acceleration_size(links)));

@@ -194,7 +194,7 @@ struct CaseRecord {
   const double* outside;   // PhaseTables::outside_numbers
   const double* loops;     // kLoopNumbers each
   const double* commands;  // ControlTable::command_numbers() each: the command active before the first interval,
-  int on_their_way;        // then the delayed ones
+  int on_their_way;        // number of delayed commands after it
 };
 
 /// broken_off: the case's control failed at the begin of an interval. handed_back: CaseExchange::counts rejected a

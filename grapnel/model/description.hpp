@@ -168,7 +168,7 @@ struct BeamDescription {
   bool stretches = false;                          // with sections: whether E A counts
   std::optional<BeamSection> section = {};         // all along it
   std::vector<BeamStation> stations = {};  // from end to end: numbers, or sizes of sections, are linear between them
-  double damping_ratio = 0;                // of its first mode of each kind, clamped at `from`, by itself
+  double damping_ratio = 0;                // of its first mode of each kind, for the beam alone clamped at `from`
   int segments = 4;                        // equal lengths, each of which yields at its two Gauss points
   /// It yields only by so many of its slowest modes of each kind, bending about y, about z, stretching, twisting, that
   /// it has when it is clamped where it begins and carries what hangs on its link; absent: by all that segments allow.

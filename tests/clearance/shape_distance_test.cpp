@@ -34,7 +34,7 @@ void check_points(const Geometry& a, const Posed& X_WA, const Geometry& b, const
   ASSERT_GT(inside(b, inverse(X_WB) * d.point_b), -tolerance);
 }
 
-// The gap between the planes normal to n that touch the shapes: no more than the distance, whatever n.
+// The gap between the planes normal to n that touch the shapes: at most the distance, for any n.
 double plane_gap(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB, const Vector3d& n) {
   return dot(n, X_WB.p - X_WA.p) - extent(a, transposed_times(X_WA.R, n)) - extent(b, transposed_times(X_WB.R, n));
 }

@@ -1,5 +1,5 @@
-/// Rotors whose spin counts, against a model in which each of them is a body of its own: a balanced rotor on a joint in
-/// the link that carries it, geared to the joint that it drives.
+/// Rotors with stated axes, against a model in which each rotor is a separate body: a balanced rotor on a joint in the
+/// link that carries it, geared to the joint that it drives.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Rollouts against MuJoCo's steps by the same methods on random robots: a free base or a fixed one, branches, rotors, a
-// free target beside it.
+// Rollouts against MuJoCo's steps with the same methods on random robots: a free or fixed base, branches, rotors, and a
+// free target.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Difference {
   double moved = 0;    // by how much the states changed
 };
 
-// Ours against MuJoCo's after `steps` steps.
+// Difference between Grapnel and MuJoCo after `steps` steps.
 Difference difference(const Model& model, const State& state, lanes::RolloutMethod method, double step, int steps,
                       Random& random) {
   const std::size_t controls = model.joints().size();

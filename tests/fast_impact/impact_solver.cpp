@@ -18,15 +18,15 @@ constexpr double kRankTolerance = 1e-12;
 // Relative to the size of velocities: smaller relative motion is not corrected again.
 constexpr double kRoundingLeft = 4e-16;
 constexpr double kSmallest = 1e-300;
-// Of the size of its terms, what of a self-stress reaches a drive, what it does on the rates told, and pivots of
-// self-stresses that are one another's sum: as in grapnel/impact/yielding_drives.cpp.
+// Relative to the size of its terms: the part of a self-stress that reaches a drive, its work on the commanded rates,
+// and pivots of dependent self-stresses; as in grapnel/impact/yielding_drives.cpp.
 constexpr double kGraspsAlone = 1e-8, kWorkRounding = 1e-13, kDependent = 1e-14;
 
 bool same_grasp(const Grasp& x, const Grasp& y) {
   return x.robot_body == y.robot_body && x.target_body == y.target_body && x.model == y.model;
 }
 
-// A grasp as a closure: only bodies and kind matter, frames come with each impact. C's z axis is a hinge's.
+// A grasp as a closure: bodies and kind are fixed, frames are set with each impact. C's z axis is a hinge's axis.
 LoopPath make_path(const Model& model, const Grasp& grasp, std::size_t index, int first_row) {
   LoopClosure closure{"grasp " + std::to_string(index + 1),
                       grasp.robot_body,
@@ -71,7 +71,7 @@ Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
 // after construction.
 class LeastImpulse {
  public:
-  // For so many rows.
+  // For this number of rows.
   explicit LeastImpulse(int rows);
 
   // Changes `P`, physical impulses per row, by a self-stress of `factor`, whose W is in the rows' units
@@ -154,8 +154,8 @@ void LeastImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPat
   }
 }
 
-// (7.20) for self-stresses of grasps by a pivoted factor of W, where the joints held have no row.
-// Nothing allocates after construction.
+// (7.20) for self-stresses of grasps from a pivoted factor of W, in which the held joints have no row. No allocation
+// after construction.
 class YieldingDrives {
  public:
   YieldingDrives(const Model& model, int rows);
@@ -164,7 +164,7 @@ class YieldingDrives {
   // unit size acts in that row, in the units of the factor.
   std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
 
-  // Changes `after`, rates of the velocities that are `held`, by (7.20), with w_g = 0. Whether any changed.
+  // Changes `after`, rates of the `held` velocities, by (7.20), with w_g = 0. Returns whether any changed.
   bool give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
 
  private:
@@ -332,7 +332,7 @@ struct ImpactSolver::Implementation {
     }
   }
 
-  // Frames of the grasps on both bodies, and the units of their rows.
+  // Sets the frames of the grasps on both bodies, and the units of their rows.
   void place_grasps(std::span<const double> q, std::span<const Grasp> now) {
     link_poses(model.tree(), workspace.links, q, X_WL);
     for (std::size_t k = 0; k < paths.size(); ++k) {

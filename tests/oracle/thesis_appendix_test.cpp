@@ -48,7 +48,7 @@ class ThesisAppendix : public ::testing::TestWithParam<int> {
 
 constexpr double kRounding = 1e-12;
 
-// A and B speak of different robots: (A.1)'s second tip is the derived one for +a0/2, B's I_b13 the derived one for
+// A and B describe different robots: (A.1)'s second tip is the derived one for +a0/2, B's I_b13 the derived one for
 // -a0/2.
 TEST_P(ThesisAppendix, A_MountsArm2OnTheOtherSideThanB) {
   const Eigen::Vector3d tip_in_A{s.q[0] + a0 / 2 * cosine({0}) + r.a3 * cosine({0, 3}),
