@@ -16,9 +16,9 @@ struct BaseKeepingLaw {
   int root = -1;                           // body index of the base, a free root
   Rotationd R_WD = Rotationd::identity();  // desired attitude of the base
   double rate = 0;                         // decay rate of deviations, critically damped [1/s]
-  std::vector<double> posture;             // per driven joint: towards which they go as far as the base allows; empty:
-                                           // they go nowhere, and come to rest as far as the momentum allows
-  double posture_rate = 0;                 // of that motion, critically damped [1/s]
+  std::vector<double> posture;  // per driven joint: goal of the null-space motion; empty: no goal, the joints
+                                // come to rest as far as the momentum allows
+  double posture_rate = 0;      // of that motion, critically damped [1/s]
   /// Number of axes about which the joints can rotate the base; further singular directions are ignored (2 for a planar
   /// robot).
   int rank = 3;
