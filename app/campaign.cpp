@@ -11,6 +11,7 @@
 #include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
 #include "terminal.hpp"

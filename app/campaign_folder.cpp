@@ -17,6 +17,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/faults.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "output_folder.hpp"

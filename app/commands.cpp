@@ -21,6 +21,7 @@
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"

@@ -16,6 +16,7 @@
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

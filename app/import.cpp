@@ -4,6 +4,7 @@
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"

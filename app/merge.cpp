@@ -9,6 +9,7 @@
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "grapnel/finite_elements/component_modes.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

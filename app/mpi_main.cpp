@@ -19,6 +19,7 @@
 #include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/input_files.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

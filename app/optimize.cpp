@@ -10,6 +10,7 @@
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 

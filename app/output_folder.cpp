@@ -13,6 +13,7 @@
 
 #include "grapnel/report/report_html.hpp"
 #include "grapnel/result/json_document.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "grapnel/text/input_files.hpp"
 #include "terminal.hpp"
 

@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "grapnel/report/figure.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 

@@ -21,6 +21,7 @@
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/case_pool.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 

@@ -10,6 +10,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
 #include "terminal.hpp"

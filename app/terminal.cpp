@@ -12,10 +12,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
 #include <initializer_list>
 #include <mutex>
-#include <new>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -117,16 +115,6 @@ KeptMessages::~KeptMessages() {
 std::string KeptMessages::lines() const {
   const std::lock_guard lock(mutex);
   return *kept;
-}
-
-std::string error_text(const std::exception& error) {
-  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
-      dynamic_cast<const std::length_error*>(&error) != nullptr)
-    return "there is not enough memory";
-  const auto* const file = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
-  if (file == nullptr) return error.what();
-  const std::string second = file->path2().empty() ? "" : fmt::format(" and '{}'", file->path2().string());
-  return fmt::format("cannot use '{}'{}: {}", file->path1().string(), second, file->code().message());
 }
 
 void say_faults(const std::vector<Fault>& faults) {

@@ -35,9 +35,6 @@ void show_progress(std::string_view line);
 void erase_progress();
 bool stderr_is_terminal();
 
-/// What an exception says, as a sentence: those of the standard library name their C++ functions.
-std::string error_text(const std::exception& error);
-
 /// Faults of input files on stderr, one a line.
 void say_faults(const std::vector<Fault>& faults);
 

@@ -14,6 +14,7 @@
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/study/case_pool.hpp"
+#include "grapnel/text/error_text.hpp"
 
 namespace grapnel {
 
@@ -62,7 +63,7 @@ std::optional<CaseRow> run_campaign_case(const Campaign& campaign, std::uint64_t
   } catch (const CaseStopped&) {
     return std::nullopt;
   } catch (const std::exception& error) {
-    row = failed_case(error.what(), campaign.columns.size());
+    row = failed_case(error_text(error), campaign.columns.size());
   }
   row.index = k;
   row.inputs = std::move(inputs);
@@ -283,7 +284,7 @@ class LaneBlock {
     } catch (const CaseStopped&) {
       close(flight);  // the block is given up
     } catch (const std::exception& error) {
-      take(flight, failed_case(error.what(), campaign_.columns.size()));
+      take(flight, failed_case(error_text(error), campaign_.columns.size()));
     }
     flight.clock.pause();
   }

@@ -35,6 +35,10 @@ constexpr double kSustained = 0.8, kSaturated = 0.2;
 constexpr double kSettled = 0.02;
 // A phase whose last third stays below this share of its first has decayed.
 constexpr double kDecayed = 0.5;
+// Divergence without oscillation: parts of equal duration, and the growth from each to the next. Powers of time up to
+// the third, as of a rate under a constant or ramped torque, grow less in the last part.
+constexpr int kParts = 8;
+constexpr double kDiverges = 1.5;
 // Rates of rounding [rad/s or m/s], and multiples of a sensor's deviation that count as noise.
 constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
 
@@ -123,6 +127,17 @@ std::optional<Oscillation::Growth> Oscillation::growth(std::size_t count, double
   return Growth{first.peak, last.peak, last.energy / first.energy, period};
 }
 
+bool Oscillation::diverges(int parts, double factor) const {
+  if (bins_.size() < 4 * static_cast<std::size_t>(parts)) return false;
+  double before = 0;
+  for (int k = 0; k < parts; ++k) {
+    const double largest = in_bins(static_cast<double>(k) / parts, static_cast<double>(k + 1) / parts);
+    if (k > 0 && !(largest > factor * before)) return false;
+    before = largest;
+  }
+  return before >= this->largest();
+}
+
 // ---- The verdict ----
 
 StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy, bool forced) {
@@ -155,6 +170,10 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
   }
   report.period = 0, report.saturated_share = 0;
   report.amplitude_before = o.first(), report.amplitude_after = o.last();
+  if (!forced && o.last() > floor && o.diverges(kParts, kDiverges)) {
+    report.verdict = Stability::unstable, report.reason = "the rate grows exponentially";
+    return report;
+  }
   if (forced) {
     report.reason = "joints follow a reference that moves, or noise";
     return report;

@@ -37,6 +37,8 @@ class Oscillation {
     double energy_factor = 0, period = 0;
   };
   std::optional<Growth> growth(std::size_t count, double factor) const;
+  /// Whether the largest value grows by more than the factor from each of the parts of equal duration to the next.
+  bool diverges(int parts, double factor) const;
   /// Largest value in the first and in the last third of the time, and in all.
   bool empty() const { return halves_.empty(); }
   double first() const { return in_bins(0, 1.0 / 3); }
@@ -60,8 +62,8 @@ class Oscillation {
 
 /// The verdict on a rate that control drives to zero. `noise`: standard deviation of its sensor [rad/s or m/s];
 /// `stores_energy`: springs or free joints exchange energy with it, so that it grows only where all energy does.
-/// Unstable: it oscillates, and its peaks grow, or they do not decay while the actuators are at their limits. Stable:
-/// it has decayed.
+/// Unstable: it oscillates, and its peaks grow, or they do not decay while the actuators are at their limits; or it
+/// grows exponentially without oscillation. Stable: it has decayed.
 ///
 /// `forced`: something else drives it to oscillate, such as joints that follow a reference: decay shows nothing then,
 /// and only much growth is unstable.

@@ -1,5 +1,7 @@
 #include "grapnel/plant/plant_problem.hpp"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace grapnel {
@@ -17,11 +19,24 @@ void take_out_laws(PostImpactSetup& post) {
   post.detumble.reset(), post.keep_base_attitude.reset(), post.model.reset();
   post.base_control.reset();
   if (!post.until) return;
-  post.until->event = PhaseUntil::Event::none;  // of a law
+  post.until->event.reset();  // of a law
   const PhaseUntil& until = *post.until;
   const bool any_left = until.base_rate || until.target_rate || until.relative_rate || until.joint_rate ||
                         until.wheel_momentum_below || until.wheel_momentum_above;
   if (!any_left) post.until.reset();
+}
+
+bool has_actuators(const RobotSetup& robot) {
+  return !robot.wheels.empty() || !robot.gyros.empty() || !robot.thrusters.empty();
+}
+
+// Whether the scenario turns the base by torques from outside.
+bool turns_from_outside(const CaptureProblem& problem) {
+  const auto is_outside = [](const std::optional<BaseControlSetup>& control) {
+    return control && control->actuators == BaseControlSetup::Actuators::outside;
+  };
+  return (problem.approach && is_outside(problem.approach->base_control)) ||
+         std::ranges::any_of(problem.post_impact, is_outside, &PostImpactSetup::base_control);
 }
 
 }  // namespace
@@ -42,15 +57,18 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
                      "and parameters, or use --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
     throw PlantError("the scenario has neither an approach nor a post_impact nor a motion, so nothing in it moves");
-  if (problem.approach) take_out_laws(*problem.approach);
-  for (PostImpactSetup& phase : problem.post_impact) take_out_laws(phase);
   const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
   if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque rotates it");
+  if (is_fixed && problem.joint_position.empty())
+    throw PlantError("the robot's base is fixed and it has no driven joints, so there is nothing to command");
+  const bool turns_by_actuators = !is_fixed && has_actuators(problem.robot);
+  const bool turns_by_torque =
+      !is_fixed && !turns_by_actuators && (problem.joint_position.empty() || turns_from_outside(problem));
+  if (problem.approach) take_out_laws(*problem.approach);
+  for (PostImpactSetup& phase : problem.post_impact) take_out_laws(phase);
   control.external = true;
-  control.base_torque = control.base_torque || base_torque;
-  control.base_actuators =
-      !is_fixed && !control.base_torque &&
-      !(problem.robot.wheels.empty() && problem.robot.gyros.empty() && problem.robot.thrusters.empty());
+  control.base_torque = control.base_torque || base_torque || turns_by_torque;
+  control.base_actuators = turns_by_actuators && !control.base_torque;
   return problem;
 }
 

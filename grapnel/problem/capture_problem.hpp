@@ -500,8 +500,8 @@ struct PhaseUntil {
   std::optional<double> joint_rate;            // no driven joint moves faster [rad/s or m/s]
   std::optional<double> wheel_momentum_below;  // no wheel holds more than this share of its largest momentum
   std::optional<double> wheel_momentum_above;  // a wheel holds this share of its largest momentum, or more
-  enum class Event { none, law_ended };
-  Event event = Event::none;  // law_ended: the law that moves the joints together is over
+  enum class Event { law_ended };  // the law that moves the joints together is over
+  std::optional<Event> event;
 };
 
 /// A phase of motion after the impact, or of a run without one.

@@ -50,7 +50,8 @@ template <>
 const Type& type_of<Stability>() {
   static constexpr Choice choices[] = {
       choice(Stability::unstable, "unstable",
-             "a controlled rate oscillates and grows, or oscillates without decay while its actuator saturates."),
+             "a controlled rate oscillates and grows, oscillates without decay while its actuator saturates, or grows "
+             "exponentially."),
       choice(Stability::not_evaluated, "not_evaluated",
              "no feedback, or neither instability nor decay is established."),
       choice(Stability::stable, "stable", "every controlled rate has decayed at the end of the phase.")};

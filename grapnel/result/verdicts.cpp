@@ -260,6 +260,11 @@ Stability stability_of(const CaptureResult& result) {
 std::string instability_text(const StabilityReport& s) {
   const std::string rate = s.of.starts_with("base ") ? "the angular velocity of the base about " + s.of.substr(5)
                                                      : "the error of rate of joint " + s.of;
+  if (!(s.period > 0))
+    return fmt::format(
+        "control is unstable in {}: {} grows without oscillation, from {} in the first third to {} in the "
+        "last; {}",
+        s.phase, rate, short_number(s.amplitude_before), short_number(s.amplitude_after), s.reason);
   return fmt::format(
       "control is unstable in {}: {} oscillates with a period of {} s, at most {} in the first third and {} in the "
       "last; {}{}",

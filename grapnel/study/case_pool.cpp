@@ -15,6 +15,7 @@
 
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
+#include "grapnel/text/error_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -177,7 +178,7 @@ CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column>
                                                            : simulate_capture(point.problem, progress, detail);
     return case_row(point, result, columns);
   } catch (const std::exception& error) {
-    return failed_case(error.what(), columns.size());
+    return failed_case(error_text(error), columns.size());
   }
 }
 

@@ -1,4 +1,5 @@
 #include "grapnel/study/optimize.hpp"
+#include "grapnel/text/error_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +29,7 @@ CaseRow run_at(const Optimization& optimization, std::span<const double> values,
   try {
     return run_case(optimization.point(values), optimization.mode, optimization.columns, stops_at(stop));
   } catch (const std::exception& error) {
-    return {0, CaseStatus::failed, error.what(), std::vector<double>(optimization.columns.size(), NAN)};
+    return {0, CaseStatus::failed, error_text(error), std::vector<double>(optimization.columns.size(), NAN)};
   }
 }
 

@@ -46,7 +46,6 @@ class DamagedTable : public test::ProgramRun {
   static void put(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
 };
 
-// With HDF5 in the program itself 9 of these 60 end it by SIGSEGV.
 TEST_F(DamagedTable, ATableIsReadOrRefused) {
   const std::string sound = read_text(folder_ / "r" / "table.h5");
   int refused = 0;

@@ -72,6 +72,11 @@ TEST(Stability, OfSignals) {
   // Fast growth within a few half-cycles at the end.
   EXPECT_EQ(verdict([](double t) { return Point{t < 90 ? 1e-3 * std::exp(-t) : 1e-3 * std::exp(t - 90) * wave(t)}; }),
             Stability::unstable);
+  // Exponential growth without oscillation; not that of a rate under a constant torque or a ramp of torque.
+  EXPECT_EQ(verdict([](double t) { return Point{1e-4 * std::exp(0.06 * t)}; }), Stability::unstable);
+  EXPECT_EQ(verdict([](double t) { return Point{1e-4 * t}; }), Stability::not_evaluated);
+  EXPECT_EQ(verdict([](double t) { return Point{1e-6 * t * t}; }), Stability::not_evaluated);
+  EXPECT_EQ(verdict([](double t) { return Point{1e-8 * t * t * t}; }), Stability::not_evaluated);
   // Neither: an undamped mode, a forced oscillation, a steady rate.
   EXPECT_EQ(verdict([](double t) { return Point{wave(t)}; }), Stability::not_evaluated);
   EXPECT_EQ(verdict([](double) { return Point{1}; }), Stability::not_evaluated);

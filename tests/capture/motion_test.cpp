@@ -8,12 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/column.hpp"
+#include "grapnel/study_files/study_files.hpp"
 
 namespace grapnel::testing {
 namespace motion_test {
@@ -368,6 +370,29 @@ TEST(PhaseSequence, EndsWithItsLaw) {
   EXPECT_EQ(r.phases[0].end, r.detumbling->end);
   EXPECT_EQ(r.phases.at(1).duration(), 2);
   EXPECT_TRUE(r.ledger.pass());
+}
+
+// Campaigns state the problem of a case as a file again, with every key of its phases.
+TEST(PhaseSequence, IsDrawnByACampaign) {
+  const ScratchFolder folder;
+  const std::filesystem::path file = folder.path() / "campaign.yaml";
+  write_file_atomically(file, "schema: grapnel-campaign/1\nname: c\nscenario: " GRAPNEL_SOURCE_DIR
+                              "/scenarios/attitude-manoeuvre.yaml\nset: {output.interval: 50}\ncases: 3\nseed: 1\n"
+                              "uncertain:\n  - {path: motion.despin.until.base_rate, uniform: {from: 0.2 deg/s, to: 1 "
+                              "deg/s}}\nsuccess: [ledger/pass]\n");
+  const Campaign campaign = load_campaign(file);
+  double before = -1;
+  for (std::uint64_t k = 0; k < 3; ++k) {
+    const std::optional<CaseRow> row = run_campaign_case(campaign, k);
+    ASSERT_TRUE(row);
+    EXPECT_EQ(row->status, CaseStatus::ok) << row->reason;
+    const auto at = std::ranges::find(campaign.columns, "phases/despin/duration", &Column::name);
+    ASSERT_NE(at, campaign.columns.end());
+    const double duration = row->values[static_cast<std::size_t>(at - campaign.columns.begin())];
+    EXPECT_GT(duration, 1);
+    EXPECT_NE(duration, before);
+    before = duration;
+  }
 }
 
 TEST(PhaseSequence, NamesItsFaults) {

@@ -542,7 +542,7 @@ void expect_a_manoeuvre(const CaptureResult& r) {
   const double rate = norm(r.phases[0].at_end->base.angular_velocity);
   EXPECT_NEAR(rate, 0.2 * std::acos(-1.0) / 180, 1e-9);
   EXPECT_EQ(r.phases[1].ended, MotionPhaseReport::End::duration);
-  const Rotationd R = pose_at(r, "bus", r.series.time.size() - 1).R;
+  const Rotationd R = pose_at(r, "base", r.series.time.size() - 1).R;
   const double turn = rotation_angle(R), left = norm(r.phases[2].at_end->base.angular_velocity);
   std::printf("[ measured ] rate %.9g rad/s after despinning; turn %.9g rad, rate %.2g rad/s at the end\n", rate, turn,
               left);

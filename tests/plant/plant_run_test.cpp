@@ -87,19 +87,23 @@ TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
             "schema: grapnel-scenario/1\nname: bus\nrobot:\n  name: bus\n  base: {name: bus, mass: 50, inertia: "
             "[2, 2, 2]}\n" +
                 parts + "control: {period: 0.1}\n" + phases + "\n");
-      CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), true);
-      PlantVariables variables = plant_variables(plant, {});
-      const std::size_t inputs = variables.inputs;
-      PlantRun run(std::move(plant), std::move(variables));
-      run.begin();
-      std::vector<double> command(inputs, 0.0);
-      command.back() = 0.5;  // about z [N m]
-      for (int k = 1; !run.has_ended(); ++k) run.step(0.1 * k, command);
-      EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
-      EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
-      EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
-      if (parts.empty()) {
-        EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+      // A base without actuators takes torques unasked: there is nothing else to command.
+      for (const bool base_torque : {true, false}) {
+        CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), base_torque);
+        PlantVariables variables = plant_variables(plant, {});
+        const std::size_t inputs = variables.inputs;
+        ASSERT_GT(inputs, 0u);
+        PlantRun run(std::move(plant), std::move(variables));
+        run.begin();
+        std::vector<double> command(inputs, 0.0);
+        command.back() = 0.5;  // about z [N m], on the base or by the third wheel
+        for (int k = 1; !run.has_ended(); ++k) run.step(0.1 * k, command);
+        EXPECT_NEAR(run.time(), 2, 1e-12) << phases << parts;
+        EXPECT_TRUE(run.outputs().end.conserved) << phases << parts;
+        EXPECT_NE(run.outputs().base.angular_velocity[2], 0) << phases << parts;
+        if (parts.empty()) {
+          EXPECT_NEAR(run.outputs().base.angular_velocity[2], 0.5 * 2 / 2, 1e-9);
+        }
       }
     }
   }

@@ -17,8 +17,8 @@ type Structure = Record<string, unknown>;
 
 // Phases whose stability was evaluated; undefined without any.
 function evaluated(reports: PartlySummary["stability"]): unknown {
-  const some = reports?.filter((report) => report?.verdict !== "not_evaluated");
-  return some?.length ? some : undefined;
+  const some = list(reports).filter((report) => report?.verdict !== "not_evaluated");
+  return some.length ? some : undefined;
 }
 
 const kParts: Part[] = [

@@ -317,7 +317,7 @@ function findings(s: PartlySummary): Finding[] {
   const exceeded = new Set(list(s.loads).filter((load) => (num(load.margin) ?? 0) < -1e-9).map((load) => `${text(load.of)} (${text(load.quantity)})`));
   const unstable = list(s.stability).filter((one) => one.verdict === "unstable");
   for (const one of unstable)
-    all.push({ tone: "bad", word: "Unstable", text: `Control in ${words(one.phase)}: ${text(one.of)} oscillates with a period of ${withUnit(num(one.period), "s")}, from ${number(num(one.amplitude_before))} to ${number(num(one.amplitude_after))}; ${text(one.reason)}` });
+    all.push({ tone: "bad", word: "Unstable", text: `Control in ${words(one.phase)}: ${text(one.of)} ${(num(one.period) ?? 0) > 0 ? `oscillates with a period of ${withUnit(num(one.period), "s")}` : "grows without oscillation"}, from ${number(num(one.amplitude_before))} to ${number(num(one.amplitude_after))}; ${text(one.reason)}` });
   if (exceeded.size > 0) all.push({ tone: "bad", word: "Ratings exceeded", text: `Ratings exceeded: ${[...exceeded].slice(0, 4).join(", ")}${exceeded.size > 4 ? ` and ${exceeded.size - 4} more` : ""}` });
   const rest = s.post_impact?.at_rest;
   if (rest && rest.at_rest === false)
