@@ -30,7 +30,7 @@ bool has_actuators(const RobotSetup& robot) {
   return !robot.wheels.empty() || !robot.gyros.empty() || !robot.thrusters.empty();
 }
 
-// Whether the scenario turns the base by torques from outside.
+// Whether the scenario controls the base by external torques.
 bool turns_from_outside(const CaptureProblem& problem) {
   const auto is_outside = [](const std::optional<BaseControlSetup>& control) {
     return control && control->actuators == BaseControlSetup::Actuators::outside;
