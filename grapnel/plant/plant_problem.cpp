@@ -30,7 +30,7 @@ bool has_actuators(const RobotSetup& robot) {
   return !robot.wheels.empty() || !robot.gyros.empty() || !robot.thrusters.empty();
 }
 
-// Whether the scenario turns the base by torques from outside.
+// Whether the scenario controls the base by external torques.
 bool turns_from_outside(const CaptureProblem& problem) {
   const auto is_outside = [](const std::optional<BaseControlSetup>& control) {
     return control && control->actuators == BaseControlSetup::Actuators::outside;
@@ -44,8 +44,8 @@ bool turns_from_outside(const CaptureProblem& problem) {
 CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
   if (!problem.control)
     throw PlantError(
-        "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
-        "--set 'control.period=10 ms'");
+        "the scenario has no control.period, the sample time of commands and outputs; add it, or use --set "
+        "'control.period=10 ms'");
   ControlSetup& control = *problem.control;
   const std::string other = control.log               ? "control.torques"
                             : !control.plugin.empty() ? "control.plugin"
@@ -53,12 +53,12 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
                                                       : "";
   if (!other.empty())
     throw PlantError("the scenario's " + other +
-                     " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
-                     "parameters, or say --set 'control={period: 10 ms, external: true}'");
+                     " conflicts with the external control of an exported plant; remove it, with its inputs, outputs "
+                     "and parameters, or use --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
     throw PlantError("the scenario has neither an approach nor a post_impact nor a motion, so nothing in it moves");
   const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
-  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
+  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque rotates it");
   if (is_fixed && problem.joint_position.empty())
     throw PlantError("the robot's base is fixed and it has no driven joints, so there is nothing to command");
   const bool turns_by_actuators = !is_fixed && has_actuators(problem.robot);

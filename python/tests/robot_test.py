@@ -304,7 +304,7 @@ def test_all_instruction_sets_agree(robot, lanes, monkeypatch):
     try:
         other = grapnel.Robot(SPATIAL)
     except RuntimeError:
-        pytest.skip(f"{lanes} does not run here")
+        pytest.skip(f"{lanes} is not supported on this machine")
     assert grapnel.instruction_set() == {"off": "one_lane"}.get(lanes, lanes)
     found, expected = other.forward_dynamics(q, v), robot.forward_dynamics(q, v)
     assert np.allclose(found, expected, rtol=1e-11) and (lanes == "sse2" or np.array_equal(found, expected))

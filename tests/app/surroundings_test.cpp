@@ -107,7 +107,8 @@ TEST_F(Surroundings, PlanningEndsAtItsLimitAndSaysWhatWouldHelp) {
   const std::string first = scenario("first-plan.yaml");
   const Outcome o = run("run " + first + " --set approach.plan.max_evaluations=1000 --no-report -o r");
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, AllOf(HasSubstr("given up after 1000 evaluations"), HasSubstr("approach.plan.max_evaluations")));
+  EXPECT_THAT(o.err, AllOf(HasSubstr("evaluation limit reached after 1000 evaluations"),
+                           HasSubstr("approach.plan.max_evaluations")));
   EXPECT_EQ(summary("r")["status"], "failed");
   const Outcome steps = run("run " + first + " --set integration.max_steps=5 --no-report -o r");
   EXPECT_EQ(steps.code, 1);

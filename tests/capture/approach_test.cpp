@@ -94,7 +94,7 @@ TEST(Planning, LongSegmentsArriveAndSayThatJointsSwing) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   for (const EndEffectorMotion& e : r.approach_end->end_effectors) EXPECT_LT(e.miss_distance, 1e-9);
   ASSERT_EQ(r.warnings.size(), 1u);
-  EXPECT_NE(r.warnings[0].find("joints swing out on the way"), std::string::npos) << r.warnings[0];
+  EXPECT_NE(r.warnings[0].find("joints overshoot to reach their final rates"), std::string::npos) << r.warnings[0];
 }
 
 TEST(InitialMotion, MomentumIsTheOneGiven) {

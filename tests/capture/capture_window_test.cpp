@@ -290,7 +290,7 @@ TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(
       r.failure,
-      HasSubstr("no capture can be planned between t = 5 and 40 s; by distance none can be reached before t = "));
+      HasSubstr("no capture can be planned between t = 5 and 40 s; the distance rules out any capture before t = "));
   EXPECT_THAT(r.failure, HasSubstr("grasp point 'grasp' of 'target-2' is"));
   EXPECT_LT(took, 1);
   ASSERT_TRUE(r.plan && r.plan->window);
@@ -321,7 +321,7 @@ TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::printf("[ measured ] %.3f s: %s\n", took, r.failure.c_str());
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_THAT(r.failure, HasSubstr("which comes nearest: planning the approach: end-effector 'tip-1'"));
+  EXPECT_THAT(r.failure, HasSubstr("the closest attempt: planning the approach: end-effector 'tip-1'"));
   EXPECT_LT(took, 2);  // measured 0.1
   ASSERT_TRUE(r.plan && r.plan->window);
   EXPECT_FALSE(r.plan->found);
@@ -375,7 +375,7 @@ TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
     EXPECT_GT(point.reach_share, 1);
     EXPECT_THAT(point.reason, ::testing::StartsWith("planning the approach"));
   }
-  EXPECT_THAT(chosen.failure, HasSubstr("which comes nearest: planning the approach"));
+  EXPECT_THAT(chosen.failure, HasSubstr("the closest attempt: planning the approach"));
 }
 
 // No configuration of any robot, and no attitude of its bodies, brings a frame farther than the bound.

@@ -362,11 +362,11 @@ TEST(ClosedLoop, ThatCannotCloseIsAnsweredWithTheGap) {
       simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[3, 0, 0]"},
                                                    {"targets.sphere.grasp_points.left.position", "[-3.4, 0, 0]"}}));
   EXPECT_EQ(far.status, CaptureStatus::failed);
-  EXPECT_THAT(far.failure,
-              HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' "
-                        "of target 'sphere' at once, wherever the base is: these are 6.4 m apart, the "
-                        "end-effectors come at most 6 m apart; a gap of 0.4 m remains between 'tip-2' and 'left' "
-                        "when 'tip-1' is at 'right'"));
+  EXPECT_THAT(
+      far.failure,
+      HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot reach grasp points 'right' and 'left' of target 'sphere' "
+                "simultaneously for any base pose: the grasp points are 6.4 m apart, the end-effectors come at most 6 "
+                "m apart; a gap of 0.4 m remains between 'tip-2' and 'left' when 'tip-1' is at 'right'"));
   const CaptureResult aside =
       simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[0, 0, 0.5]"}}));
   EXPECT_THAT(aside.failure, HasSubstr("end-effector 'tip-1' comes no closer than 0.5 m and 0 rad to grasp point "

@@ -101,7 +101,7 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
   EXPECT_THAT(none.failure, HasSubstr("'arm-1-link-3' and 'debris' come within 0."));
-  EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
+  EXPECT_THAT(none.failure, HasSubstr("the minimum is 0.31 m"));
 }
 
 // A box on the debris that the arm has to go round: no single polynomial does, splines do.
@@ -168,7 +168,7 @@ TEST(PlannedClearance, WithoutShapesIsNoPlan) {
   p.robot.geometry.clear();
   for (TargetSetup& t : p.targets) t.geometry.clear();
   const CaptureResult r = simulate_capture(p);
-  EXPECT_THAT(r.failure, HasSubstr("there are no two bodies whose distance could be looked at"));
+  EXPECT_THAT(r.failure, HasSubstr("there is no pair of bodies to check"));
 }
 
 // --- Limits on the way
@@ -416,7 +416,7 @@ TEST(PlannedWay, IsKeptByRobotsThatBend) {
   const CaptureResult r = flown(p);
   std::printf("[ measured ] turned by %.6f rad, %.6f allowed, %.6f without that\n", largest_turn(r), 0.5 * free, free);
   EXPECT_NEAR(largest_turn(r), 0.5 * free, 5e-3);  // measured 1.5e-3 less: what bending does to the base
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("kept by the plan of the robot that does not bend")));
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("path constraints for a robot that is rigid")));
 }
 
 // Straight in: what the rigid robot is to do at the points is changed until the hands that bend are on them, in the
@@ -443,12 +443,14 @@ TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
       EXPECT_NEAR(r.plan->miss[g].velocity.value(), m.velocity, 1e-9);
       EXPECT_NEAR(r.plan->miss[g].angular_velocity.value(), m.spin, 1e-9);
     }
-    EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("straight_in brings the end-effectors of the robot that "
-                                                          "bends to where they are to be, moving as they are to")));
+    EXPECT_THAT(
+        r.warnings,
+        ::testing::Contains(HasSubstr(
+            "straight_in brings the end-effectors of the flexible robot to the demanded poses and velocities")));
   };
   const CaptureResult r = flown(p);
   arrives(r);
-  const char* const of_limits = "so are limits and what else is asked of the way, which the run watches";
+  const char* const of_limits = "the same holds for joint limits and other path constraints, which the run checks";
   EXPECT_THAT(r.warnings, ::testing::Not(::testing::Contains(HasSubstr(of_limits))));
 
   plan_of(p).limits = PlanSetup::Limits::on_the_way;
@@ -489,7 +491,8 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   EXPECT_TRUE(r.plan->way->attitude_kept);
   EXPECT_LT(largest_turn(r), 1e-9);
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-5);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
+  EXPECT_THAT(r.warnings,
+              ::testing::Contains(HasSubstr("a robot that holds its base's attitude exactly; the simulated")));
   // Efforts are those of joints on a base that does not turn.
   plan_of(p).clearance.reset(), plan_of(p).near_grasp.reset();
   limit_joints(p, 1e6, 1e6);
@@ -524,14 +527,14 @@ TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
   plan_of(p).base_turn = 0.1, plan_of(p).objective = Objective::base_motion;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
-  EXPECT_THAT(r.failure, HasSubstr("base_turn, base_motion: the plan is made for a base that keeps its attitude"));
+  EXPECT_THAT(r.failure, HasSubstr("base_turn, base_motion: no base rotation is planned"));
   // Control that is too weak to keep it lets the base float, whose turn is planned.
   for (Vector3d* gains : {&p.approach->base_control->kp, &p.approach->base_control->kd}) *gains = {1e-3, 1e-3, 1e-3};
   const CaptureResult weak = flown(p);
   EXPECT_FALSE(weak.plan->way->attitude_kept);
   EXPECT_NEAR(largest_turn(weak), weak.plan->way->base_turn, 5e-3);
   EXPECT_LT(largest_turn(weak), 0.1 + 5e-3);
-  EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to keep the attitude")));
+  EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to hold the attitude")));
 }
 
 TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
@@ -545,7 +548,7 @@ TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
   const CaptureResult r = flown(p);
   std::printf("[ measured ] %.5f m, %.5f m asked for, %.5f m without that\n", minimum_of(r), direct + 0.05, direct);
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 1e-2);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that bears no loads; how far")));
+  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("a robot that has no loads; the simulated")));
 }
 
 }  // namespace planned_way_test

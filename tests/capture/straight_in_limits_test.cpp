@@ -234,7 +234,7 @@ TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
   limits_of(p, direct, 2).lower = extremes(direct, 2, 0).lowest - 0.05;
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
-  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' goes 0.01"));
+  EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' moves 0.01"));
   EXPECT_THAT(none.failure, HasSubstr("beyond its upper limit of "));
   EXPECT_THAT(none.failure, HasSubstr("at t = 19."));
   EXPECT_THAT(none.failure, HasSubstr("no freedom"));
@@ -361,8 +361,8 @@ TEST(StraightInFlown, SaysWhatTheJointsCannotGive) {
   EXPECT_LT(std::max({miss.distance, miss.angle, *miss.velocity}), 1e-8);
   EXPECT_NEAR(*miss.angular_velocity, 0.03, 1e-8);
   EXPECT_TRUE(warns(r,
-                    "leaves the end-effectors up to 0.03 rad/s from the relative angular velocity asked for, no less: "
-                    "the joints cannot give more"));
+                    "leaves the end-effectors up to 0.03 rad/s from the demanded relative angular velocity, and "
+                    "corrections do not reduce this: the joints cannot produce the required motion"));
 }
 
 // Self-motion as the plan without it has it; what the flown one is nearer to its limits is watched.
@@ -379,7 +379,7 @@ TEST(StraightInFlown, GoesWithLimits) {
   const double fastest = extremes(r, 6, 0).fastest;
   std::printf("[ measured ] %.4g rad/s\n", fastest);
   EXPECT_LT(fastest, 0.042 * 1.02);
-  EXPECT_TRUE(warns(r, "are kept by the plan of the robot that bears no loads"));
+  EXPECT_TRUE(warns(r, "path constraints for a robot that has no loads"));
 }
 
 }  // namespace straight_in_limits_test

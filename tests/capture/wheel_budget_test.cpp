@@ -93,7 +93,8 @@ TEST(WheelBudget, IsKeptToTheControllersAccuracy) {
   std::printf("[ measured ] %.4f of what wheels can hold, %.4f allowed, %.4f without that\n", largest_share(p, r),
               0.9 * direct, direct);
   EXPECT_NEAR(largest_share(p, r), 0.9 * direct, 0.05 * direct);
-  EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("the robot that keeps its base's attitude exactly; how far")));
+  EXPECT_THAT(r.warnings,
+              ::testing::Contains(HasSubstr("a robot that holds its base's attitude exactly; the simulated")));
 }
 
 // Wheels whose momenta do not add up to none at the start, so that what there is belongs to no motion of the joints.
@@ -134,14 +135,14 @@ TEST(WheelBudget, AsObjectiveIsLeastAndThatOfTheRun) {
 TEST(WheelBudget, ThatCannotBeMetIsAnsweredWithTheReason) {
   CaptureProblem p = reaching();
   plan_of(p).wheel_momentum = 0.3;
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("wheel 'wheel-1' has to hold 0.314159"));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("wheel 'wheel-1' needs 0.314159"));
   plan_of(p).wheel_momentum = 0.3143;
   plan_of(p).starts = 2;
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("of the momentum that it can hold at t = "));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("of its momentum capacity at t = "));
   plan_of(p).wheel_momentum = 0.5;
   BaseControlSetup& control = *p.approach->base_control;
   control.feedforward = false, control.kp = {0.01, 0.01, 0.01}, control.kd = {0.01, 0.01, 0.01};
-  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak for that"));
+  EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak to hold the attitude"));
 }
 
 // The controlled base comes to need a little more than the first plan allowed; the rest is planned all the same.
@@ -159,8 +160,8 @@ TEST(WheelBudget, DoesNotEndReplanning) {
     return std::count_if(r.warnings.begin(), r.warnings.end(),
                          [&](const std::string& w) { return w.find(what) != std::string::npos; });
   };
-  EXPECT_GE(said("planned anew, wheel 'wheel-2' has to hold 0.09"), 1);
-  EXPECT_EQ(said("flown with joints that follow exactly"), 1);
+  EXPECT_GE(said("replanned, wheel 'wheel-2' needs 0.09"), 1);
+  EXPECT_EQ(said("in a simulation with exact joint tracking"), 1);
 }
 
 TEST(PlannedBase, KeepsItsAttitudeByGains) {
@@ -184,9 +185,10 @@ TEST(PlannedBase, KeepsItsAttitudeByGains) {
 // What plans leave out is said.
 TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   CaptureProblem p = reaching();
-  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, ::testing::Not(Contains(HasSubstr("thrusters switch"))));
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings,
+              ::testing::Not(Contains(HasSubstr("thrusters switch on and off"))));
   p.approach->base_control->actuators = BaseControlSetup::Actuators::thrusters;
-  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, Contains(HasSubstr("thrusters switch")));
+  EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings, Contains(HasSubstr("thrusters switch on and off")));
   CaptureProblem handles = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
   LoadSetup push;
   push.body = handles.robot.base, push.amplitude = {{0, 0, 0.05}, {0, 0.05, 0}};
@@ -194,7 +196,7 @@ TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   plan_of(handles).objective = Objective::as_found, plan_of(handles).base_turn = 1;
   const ApproachPlan plan = plan_approach(handles, plan_targets(handles));
   EXPECT_TRUE(plan.failure.empty()) << plan.failure;
-  EXPECT_THAT(plan.warnings, Contains(HasSubstr("are kept by the plan of the robot that bears no loads")));
+  EXPECT_THAT(plan.warnings, Contains(HasSubstr("path constraints for a robot that has no loads")));
 }
 
 }  // namespace wheel_budget_test

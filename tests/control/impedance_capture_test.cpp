@@ -1,4 +1,4 @@
-/// Impedance and grasp forces in whole captures: the shipped scenarios, sampled control, what is refused.
+/// Impedance and grasp forces in complete captures: the shipped scenarios, sampled control, rejected settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,8 +25,8 @@ CaptureProblem waiting_hand() {
   return p;
 }
 
-// Without spring and damper of the law the masses alone decide.
-TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
+// Without spring and damper of the law only the masses matter.
+TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.impedance->damping = p.impedance->stiffness = {0, 0, 0};
@@ -46,8 +46,8 @@ TEST(ImpedanceCapture, MatchedMassAloneStopsTheSatellite) {
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
 
-// A slow on-board computer: efforts are held between ticks, during the contact too.
-TEST(ImpedanceCapture, SampledNearlyTheSame) {
+// A slow on-board computer: efforts are held between ticks, also during the contact.
+TEST(ImpedanceCapture, SampledControlAgrees) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = waiting_hand();
   p.post_impact->duration = 1;
@@ -70,7 +70,7 @@ CaptureProblem squeeze() {
   return p;
 }
 
-TEST(ImpedanceCapture, RefusesWhatItCannotDo) {
+TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   using ::testing::Contains;
   using ::testing::HasSubstr;
   EXPECT_THAT(faults(waiting_hand()), ::testing::IsEmpty());

@@ -198,13 +198,13 @@ TEST_F(PlantErrors, WhatCannotBeExported) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "x.fmu"));
   };
   refused("--set 'approach.duration=-1'", "approach.duration");
-  refused("--parameter targets[0].name", "--parameter targets[0].name: it is no number");
-  refused("--parameter targets[0].density", "the scenario says no such value; say one with --set");
+  refused("--parameter targets[0].name", "--parameter targets[0].name: not a number");
+  refused("--parameter targets[0].density", "the scenario has no such value; set one with --set");
   refused("--fmi 1", "--fmi");
   refused("--set 'control={period: 0.01, torques: efforts.csv}'", "efforts.csv");
   write("efforts.csv", "time,shoulder,elbow\n0,0,0\n1,0,0\n");
   refused("--set 'control={period: 0.01, torques: efforts.csv}' --set approach.tracking.mode=controller",
-          "control.torques says what an exported plant is told from outside");
+          "control.torques conflicts with the external control of an exported plant");
   // As the message says.
   EXPECT_EQ(run("export-fmu short.yaml -o y.fmu --set 'control={period: 0.01, external: true}' --set "
                 "approach.tracking.mode=controller --set post_impact.joints=controller")

@@ -146,7 +146,7 @@ TEST(PluginController, IsAskedAtTicksInLanes) {
   PhaseSetup setup;
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
   setup.controller = make("{}", model);
-  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked continuously");
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a custom controller without a clock");
   setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1}, model.joints().size());
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
 }
