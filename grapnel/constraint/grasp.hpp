@@ -35,7 +35,7 @@ Eigen::MatrixXd constrained_directions(const Grasp& grasp);
 
 /// Relative Jacobian of all grasps, stacked in order: rows x velocities. u = J v is the end-effector's twist at the
 /// contact point minus the target's, in the constrained directions. Over robot and targets together, J M^-1 J^T is W of
-/// docs/theory.md, equation (7.3), including the cross terms of a shared target.
+/// docs/theory, equation (7.3), including the cross terms of a shared target.
 Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps);
 
 /// The target's part of the contact-space inertia, J_t M_t^-1 J_t^T of one grasp in its constrained directions:

@@ -5,7 +5,7 @@
 ///
 /// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form. With t = N_l N_d v
 /// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8). The three
-/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone
+/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory, section 4; Saha 1997; Featherstone
 /// 2008, section 7.3). All quantities are expressed in the links' own frames; accuracy is therefore independent of the
 /// base position.
 
@@ -35,7 +35,7 @@ struct LinkScratch {
   Momentum<S> momentum;           // likewise, about the link's origin
 };
 
-/// Scratch of modal joints, (4.14) to (4.16) of docs/theory.md; private to the kernels.
+/// Scratch of modal joints, (4.14) to (4.16) of docs/theory; private to the kernels.
 struct ChainScratch {
   std::vector<Wrenchd> U;            // per mode: the wrench at the current link per unit modal acceleration; then G
   std::vector<double> D;             // modes x modes: inertia of the modes; then L, D = L L^T, below its diagonal

@@ -48,7 +48,7 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
 /// Energy of the spring at a body's joint [J]; the body is one of Model::springs().
 double spring_energy(const Model& model, const State& state, int body);
 
-// Reference scales of momentum and energy deviations, for one group of connected bodies (docs/theory.md, section 9). A
+// Reference scales of momentum and energy deviations, for one group of connected bodies (docs/theory, section 9). A
 // template on the scalar, shared by the conservation checks of single captures and of lanes.
 
 /// Magnitude of a group's motion: sums over its bodies of mass m, velocity v of the centre of mass and spin momentum I

@@ -205,7 +205,7 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
   return {cross(V.angular, w), cross(V.linear, w)};
 }
 
-// --- Rotors with a stated axis: (19.7) to (19.11) of docs/theory.md. -------------------------------------------------
+// --- Rotors with a stated axis: (19.7) to (19.11) of docs/theory. -------------------------------------------------
 
 /// The rotor's spin momentum per joint rate, in the link's frame; the parent carries it.
 template <OneAxis Joint, class S>
@@ -333,7 +333,7 @@ GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<
 
 // Inertia and (returned) bias wrench that the joint passes to the parent, in the link's frame:
 //   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
-// the terms of (4.8) and (4.11) of docs/theory.md, for a general structure; c is the bias acceleration (Featherstone
+// the terms of (4.8) and (4.11) of docs/theory, for a general structure; c is the bias acceleration (Featherstone
 // 2008, eqs. 7.25, 7.26). Written number by number: with packs, structures of this size that are returned or assigned
 // as a whole go through memory (a sixth of the time).
 template <class S>
@@ -527,7 +527,7 @@ GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const Dynamic
   }
 }
 
-// --- Modal joints: (4.14) to (4.16) of docs/theory.md. ---------------------------------------------------------------
+// --- Modal joints: (4.14) to (4.16) of docs/theory. ---------------------------------------------------------------
 //
 // Let A' be the acceleration arriving at a link from the inner side. The joints beyond pass on the wrench I A' + p + U
 // eta'', and the modes require D eta'' + r + U^T A' = 0. A further joint adds c + S s eta'' to A', s = sign times its

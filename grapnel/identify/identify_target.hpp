@@ -2,7 +2,7 @@
 
 /// @file
 /// Identification of the mass, centre of mass and inertia of a held body from measured rates and the known part of the
-/// total momentum (docs/theory.md, section 16). Thread safety: a pure function.
+/// total momentum (docs/theory, section 16). Thread safety: a pure function.
 
 #include <array>
 #include <optional>

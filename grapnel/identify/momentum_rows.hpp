@@ -2,7 +2,7 @@
 
 /// @file
 /// The momentum of one sample as a linear function of the held body's parameters and of the velocities: the equations
-/// of docs/theory.md, section 16, before weighting.
+/// of docs/theory, section 16, before weighting.
 
 #include <Eigen/Core>
 

@@ -12,7 +12,7 @@
 /// The simplified Newton iteration exploits the structure of mechanical systems: positions x change by rates w, x' =
 /// X(x, w), w' = W(x, w). X depends on x through rotations alone, which is slow, so dX/dx is omitted from the Newton
 /// matrix. The factored matrices then have the size of the rates: one for the real eigenvalue of (a_ij) and one for
-/// each of its two complex pairs. Pure quadratures are summed from the stages. docs/theory.md, (12.18) to (12.23).
+/// each of its two complex pairs. Pure quadratures are summed from the stages. docs/theory, (12.18) to (12.23).
 /// @warning Not thread-safe: an integrator belongs to one thread.
 
 #include <array>

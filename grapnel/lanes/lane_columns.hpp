@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory.md. Corresponds
+/// Unit wrenches of loop closures carried through the articulated tree, in packs: (8.7) of docs/theory. Corresponds
 /// to constraint/loop_columns.hpp for single cases. There, a vector holds the rows of a closure; here, a pack holds
 /// cases. All lanes share the chains from closures to roots.
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Closed loops in packs: accelerations with the closures' multipliers, and the projection that keeps loops closed,
-/// section 8 of docs/theory.md. Corresponds to constraint/constrained_dynamics.hpp for single cases, with the same
+/// section 8 of docs/theory. Corresponds to constraint/constrained_dynamics.hpp for single cases, with the same
 /// equations. All lanes share the rows (lane_columns.hpp); pivots and ranks are per lane (lane_pivots.hpp). A case with
 /// a doubtful rank or loops that cannot be closed leaves the lanes (LaneStatus::loops_in_doubt). Rounding errors, which
 /// differ from those of single cases, would decide the rank, and only a single run reports the cause of a failure.

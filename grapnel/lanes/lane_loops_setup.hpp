@@ -15,7 +15,7 @@ namespace grapnel::lanes {
 std::string loop_obstacle(const Model& model, const PhaseSetup& setup);
 
 /// Closure rows of each loop. If all revolute joints of a loop have parallel axes, its closure has rows only for the
-/// directions in which its joints can move: three instead of six for a rigid grasp (docs/theory.md, section 8.3).
+/// directions in which its joints can move: three instead of six for a rigid grasp (docs/theory, section 8.3).
 std::vector<LoopTable> loop_tables(const Model& model, const PhaseSetup& setup);
 
 /// kLoopNumbers of each closure.

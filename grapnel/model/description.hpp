@@ -34,7 +34,7 @@ struct JointLimits {
 /// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition replaces the jump of
 /// dry friction, so a joint creeps where a real one sticks; the user chooses the transition rate. With the model
 /// `sticking` the torque is -(viscous rate + coulomb sign(rate)) in motion. At rest it is the torque that holds the
-/// joint, up to breakaway(): docs/theory.md, (19.1).
+/// joint, up to breakaway(): docs/theory, (19.1).
 struct JointFriction {
   enum class Model { smooth, sticking };
   double viscous = 0;             // [N m s/rad or N s/m]
@@ -65,7 +65,7 @@ struct JointMotor {
 };
 
 /// A linear spring and damper at a joint with one axis: effort -stiffness (q - rest) - damping rate, (22.1) of
-/// docs/theory.md. With backlash the spring acts beyond half of it on either side. Joints with a spring are not driven:
+/// docs/theory. With backlash the spring acts beyond half of it on either side. Joints with a spring are not driven:
 /// panel hinges, elastic gears, segments of flexible links.
 struct JointSpring {
   double stiffness = 0;  // [N m/rad or N/m]
@@ -109,7 +109,7 @@ struct JointDescription {
   double gear_ratio = 1;     // motor revolutions per joint revolution [1, or rad/m for a prismatic joint]
   /// The rotor's axis, a unit vector in the joint's frame, which is fixed to the parent. The parent carries the rotor,
   /// which rotates about this axis gear_ratio times as fast as the joint. Absent: the rotor only adds to the joint's
-  /// inertia. Present: its spin contributes to the momentum, (19.6) of docs/theory.md.
+  /// inertia. Present: its spin contributes to the momentum, (19.6) of docs/theory.
   std::optional<Vector3d> rotor_axis = {};
   std::optional<JointMotor> motor = {};
   std::optional<JointSpring> spring = {};

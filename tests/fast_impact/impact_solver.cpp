@@ -66,7 +66,7 @@ Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
   return transposed_times(X_bC.R, Twistd{turn, body.inverse_mass * P.linear + cross(turn, r)});
 }
 
-// Selects, among all impulses that redundant rows allow, the one with the minimum P^T D P (docs/theory.md, equation
+// Selects, among all impulses that redundant rows allow, the one with the minimum P^T D P (docs/theory, equation
 // (7.8)), from a pivoted factor of W: with a basis N of self-stresses, N^T D N z = -N^T D P and P + N z. No allocation
 // after construction.
 class LeastImpulse {
