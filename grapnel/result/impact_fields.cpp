@@ -115,13 +115,17 @@ const Type& type_of<GraspImpulse>() {
       field<&G::determined>("determined",
                             "six values, one per component, angular x, y, z then linear x, y, z, in W; true: unique; "
                             "false: open to a self-stress of closed loops"),
-      field<&G::relative_velocity_before>("relative_velocity_before", "m/s",
-                                          "end-effector minus target at the contact point, before, in W"),
-      field<&G::relative_angular_velocity_before>("relative_angular_velocity_before", "rad/s",
-                                                  "end-effector minus target, before, in W"),
-      field<&G::relative_velocity_after>("relative_velocity_after", "m/s",
-                                         "the same velocity afterwards: zero in the constrained directions of a grasp"),
-      field<&G::relative_angular_velocity_after>("relative_angular_velocity_after", "rad/s", "likewise"),
+      field<&G::relative_velocity_before>(
+          "relative_velocity_before", "m/s",
+          "velocity of the end-effector minus that of the target at the contact point, before the impact, in W"),
+      field<&G::relative_angular_velocity_before>(
+          "relative_angular_velocity_before", "rad/s",
+          "angular velocity of the end-effector minus that of the target, before the impact, in W"),
+      field<&G::relative_velocity_after>(
+          "relative_velocity_after", "m/s",
+          "the same velocity after the impact: zero in the constrained directions of a grasp"),
+      field<&G::relative_angular_velocity_after>("relative_angular_velocity_after", "rad/s",
+                                                 "the same angular velocity after the impact"),
       field<&G::rebound>("rebound", "rebound of a contact under `restitution` or `friction`"),
       field<&G::profile>("profile", "force history under the law `compliant`"),
   };
@@ -169,9 +173,9 @@ const Type& type_of<LoopGap>() {
       field<&L::end_effector_distance>("end_effector_distance", "m",
                                        "distance between the end-effectors when they closed"),
       field<&L::grasp_point_distance>("grasp_point_distance", "m", "distance between their grasp points"),
-      derived<[](const L& l) { return l.gap(); }>(
-          "gap", "m",
-          "by how much these differ. No motion of the target changes either: so much remains, and is held as found"),
+      derived<[](const L& l) { return l.gap(); }>("gap", "m",
+                                                  "difference of these distances. No motion of the target changes "
+                                                  "either, so this gap remains in the closed loop"),
   };
   static constexpr Type type =
       structure<L>("LoopGap", "geometric consistency of a further grasp of a target with its first grasp.", fields);

@@ -57,8 +57,7 @@ const Type& type_of<IdentifiedParameter>() {
   using P = IdentifiedParameter;
   static constexpr Field fields[] = {
       field<&P::name>("name",
-                      "`mass`, `com_x` ..., `inertia_xx` ..., in the target's frame, the inertia about the "
-                      "centre of mass"),
+                      "`mass`, `com_x` ..., `inertia_xx` ..., in the target's frame; inertia about the centre of mass"),
       field<&P::unit>("unit", "unit of the values"),
       field<&P::value>("value", "`unit`", "null: not determined").or_null(),
       field<&P::deviation>("deviation", "`unit`", "standard deviation; null: not determined, or no noise was stated")
@@ -95,10 +94,10 @@ const Type& type_of<IdentificationReport>() {
       field<&I::residual>("residual", "1",
                           "near 1 if the stated noise is correct; rounding error if there is no noise"),
       field<&I::mass>("mass",
-                      "`determined`; `ratio_only`: known but for one number, on which others depend too; "
+                      "`determined`; `ratio_only`: determined up to one factor, which also affects other parameters; "
                       "`not_determined`"),
       field<&I::com>("com", "status of the centre of mass, likewise"),
-      field<&I::inertia>("inertia", "likewise"),
+      field<&I::inertia>("inertia", "status of the inertia, likewise"),
       field<&I::parameters>("parameters", "the ten parameters, with the true values"),
       field<&I::unseen>("unseen", "changes of the parameters that no measurement detects"),
       field<&I::impossible>("impossible",

@@ -1,4 +1,5 @@
-// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order of what is
+// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order
+// of what is
 // shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its policy forbids.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -318,7 +319,7 @@ describe("times of capture", () => {
     assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));
     assert.equal(await page.locator(".window-chart .chosen").count(), 1);
     assert.equal(await page.locator(".window-chart .limit").count(), 2);
-    assert.match(await page.locator("main").innerText(), new RegExp(`chosen of ${window.points.length} times between 30.s and 150.s; ${reached} can be reached`));
+    assert.match(await page.locator("main").innerText(), new RegExp(`selected from ${window.points.length} times between 30.s and 150.s; ${reached} reachable`));
     assert.deepEqual(faults, []);
     await page.context().close();
   });

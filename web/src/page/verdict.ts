@@ -1,4 +1,4 @@
-// The first answer: was it captured, can the numbers be trusted, could the robot do it; and the numbers themselves.
+// The verdicts: capture, conservation checks, feasibility; and the key numbers.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
@@ -15,7 +15,7 @@ export function verdict(run: Run): HTMLElement[] {
   ];
 }
 
-// The three answers in a word each, for two runs side by side.
+// The verdicts in short form, for two runs side by side.
 export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; said: string }[] {
   return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s), controlAnswer(s)].map(({ question, tone, word, said }) => ({
     question,
@@ -48,13 +48,13 @@ function captureAnswer(s: PartlySummary): Answer {
   if (s.status !== undefined && s.status !== "completed")
     return { question, tone: "warn", word: "Not run", said: `status: ${text(s.status)}` };
   if (s.status === undefined && !s.capture)
-    return { question, tone: "warn", word: "Not known", said: "The summary does not say what happened." };
+    return { question, tone: "warn", word: "Not known", said: "The summary has no status." };
   if (!s.capture)
     return {
       question,
       tone: "none",
       word: "Nothing to grasp",
-      said: "This run has no grasps, or its summary does not say.",
+      said: "This run has no grasps, or its summary does not list them.",
     };
   const answer = capturedAnswer(s.capture.captured);
   const captured = answer !== "no";
@@ -73,7 +73,7 @@ function capturedAnswer(value: unknown): "yes" | "no" | "assumed" {
   return value === "assumed" ? "assumed" : "no";
 }
 
-// What follows the first overlap of bodies.
+// Whether a time is after the first overlap of bodies.
 function isBeyond(s: PartlySummary, time: unknown): boolean {
   const until = num(s.feasibility?.valid_until);
   return until !== null && (num(time) ?? 0) > until;
@@ -96,7 +96,7 @@ export function captureSentence(s: PartlySummary): string {
   return `${closed.length} of ${grasps.length} grasps closed${movedTargets(closed)}${closingTimes(s, closed)}${gapText(closed)}${impulse}.${unjudged(closed)}`;
 }
 
-// contact.gap: translate_target is no capture of the target where it was.
+// contact.gap: translate_target moves the target before it is captured.
 function movedTargets(closed: Partly<GraspOutcome>[]): string {
   const moved = new Map<string, number>();
   for (const grasp of closed) if ((num(grasp.target_moved) ?? 0) > 0) moved.set(text(grasp.target), num(grasp.target_moved)!);
@@ -112,7 +112,7 @@ function gapText(closed: Partly<GraspOutcome>[]): string {
 
 function unjudged(closed: Partly<GraspOutcome>[]): string {
   const endEffectors = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
-  return endEffectors.length > 0 ? ` No envelope says what ${endEffectors.join(" and ")} can close on: that it holds is assumed.` : "";
+  return endEffectors.length > 0 ? ` No capture envelope is given for ${endEffectors.join(" and ")}: the grasp is assumed to hold.` : "";
 }
 
 // Grasps may close one after the other.
@@ -220,11 +220,11 @@ function feasibleAnswer(s: PartlySummary): Answer {
     question,
     tone: "bad",
     word: "Not feasible",
-    said: sentence(s) ?? "Clearance or joint limits are not kept; the motion computed does not feel them.",
+    said: sentence(s) ?? "Clearance or joint limits are violated; the computed motion ignores them.",
   };
 }
 
-// Summaries of grapnel-summary/1 have true and false, and say true where nobody looked.
+// Summaries of grapnel-summary/1 have true and false, and true also if a check was not evaluated.
 function feasibleWord(s: PartlySummary): string {
   const answer: unknown = s.feasibility?.verdict ?? s.ledger?.feasible;
   if (answer === false) return "no";
@@ -232,7 +232,7 @@ function feasibleWord(s: PartlySummary): string {
   return ledgerRows(s).some((row) => row.kind === "feasibility" && row.applies) ? "yes" : "not checked";
 }
 
-// As on the terminal, without the word that stands beside it.
+// As on the terminal, without the leading verdict word.
 function sentence(s: PartlySummary): string | null {
   const all = text(s.feasibility?.sentence, "").replace(/^feasible: (yes|NO|not checked)[,;:]? */, "");
   return all ? `${all.charAt(0).toUpperCase()}${all.slice(1)}.` : null;
@@ -242,7 +242,7 @@ function notChecked(s: PartlySummary, rows: LedgerRow[]): string {
   const said = sentence(s);
   if (said && list(s.feasibility?.not_checked).length > 0) return said;
   if (s.status === "failed") return "The run ended before clearance and joint limits could be checked.";
-  return rows.some((row) => row.applies) ? "Not all of it was checked." : "Nothing moves, or there are no shapes and limits to check.";
+  return rows.some((row) => row.applies) ? "Some checks were not evaluated." : "Nothing moves, or there are no shapes and limits to check.";
 }
 
 function feasibleCard(run: Run): HTMLElement {
@@ -260,7 +260,7 @@ function feasibleCard(run: Run): HTMLElement {
   );
 }
 
-// The worst of each phase, in the order of phases; null: the summary is of an earlier version.
+// The worst violation of each phase, in the order of phases; null: a summary of an earlier version.
 function worstOfPhases(s: PartlySummary): string[] | null {
   if (!s.feasibility) return null;
   return list(s.feasibility.by_phase).map(
@@ -305,7 +305,7 @@ function limitTroubles(run: Run): Trouble[] {
 
 // ---- Loads and control ----
 
-// What speaks against the run beside capture, conservation and limits, the worst first.
+// Findings other than capture, conservation and limits, the worst first.
 interface Finding {
   tone: Tone;
   word: string;

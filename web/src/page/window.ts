@@ -25,9 +25,9 @@ function verdict(window: Partly<WindowReport>, points: Partly<WindowPoint>[]): (
   const span = `${points.length} times between ${withUnit(num(points[0].time), "s")} and ${withUnit(num(points[points.length - 1].time), "s")}`;
   const parts =
     num(window.time) === null
-      ? [mark("bad", `none of ${span} can be reached`)]
-      : [mark("good", `capture at ${withUnit(num(window.time), "s", 6)}`), `, chosen of ${span}; ${reached} can be reached`];
-  if (num(window.not_before) !== null) parts.push(`; by distance none before ${withUnit(num(window.not_before), "s", 6)}`);
+      ? [mark("bad", `none of ${span} is reachable`)]
+      : [mark("good", `capture at ${withUnit(num(window.time), "s", 6)}`), `, selected from ${span}; ${reached} reachable`];
+  if (num(window.not_before) !== null) parts.push(`; by distance alone, none before ${withUnit(num(window.not_before), "s", 6)}`);
   return [...parts, "."];
 }
 
