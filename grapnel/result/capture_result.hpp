@@ -679,8 +679,9 @@ struct JointReport {
   int breakaways = 0;  // transitions to motion
   /// Largest friction while held, over the breakaway effort; absent: its friction does not stick.
   std::optional<double> friction_share;
-  bool friction_determined = true;  // false: closed loops left that friction open, and one admissible set is reported
-  double friction_heat = 0;         // heat of joint friction
+  bool friction_determined =
+      true;                  // false: closed loops leave the friction undetermined, and one admissible set is reported
+  double friction_heat = 0;  // heat of joint friction
   int stop_impacts = 0;
   double stop_energy_lost = 0;
   double motor_work = 0;              // mechanical, at the joint

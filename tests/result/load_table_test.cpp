@@ -57,7 +57,7 @@ TEST(LoadTable, SaysWhatRestsOnAnAssumedDuration) {
   EXPECT_THAT(margins_table(result), HasSubstr("* a mean over an assumed 1 ms (impact.duration)"));
   result.peak_loads.resize(4);
   result.peak_loads.erase(result.peak_loads.begin());
-  EXPECT_THAT(worst_margin_line(result), HasSubstr("every margin rests on that assumption"));
+  EXPECT_THAT(worst_margin_line(result), HasSubstr("every margin depends on that assumption"));
 }
 
 TEST(LoadTable, ImpactsMarginsSayItToo) {
