@@ -57,7 +57,7 @@ class Entry {
   std::string one_of(std::initializer_list<const char*> words) const {
     const std::string is = text();
     if (std::find(words.begin(), words.end(), is) == words.end()) {
-      fail(fmt::format("'{}' is none of {}", is, fmt::join(words, ", ")));
+      fail(fmt::format("'{}' is not one of {}", is, fmt::join(words, ", ")));
     }
     return is;
   }

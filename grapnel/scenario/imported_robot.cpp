@@ -97,8 +97,8 @@ struct Described<ImportKeys> {
       end_effectors_key(),
       repair_key(),
       key<std::string>("bus", "",
-                       "On which the robot is mounted as an arm: a robot file, its path relative to this file, or "
-                       "the name of a ready-made robot.")
+                       "Satellite on which the robot is mounted as an arm: a robot file, its path relative to this "
+                       "file, or the name of a ready-made robot.")
           .optional(),
       mount_key(),
       prefix_key(),
@@ -106,7 +106,7 @@ struct Described<ImportKeys> {
   static constexpr auto rules =
       std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus"), not_both("wheels, bus")});
   static constexpr Type type =
-      structure<ImportKeys>("import", "How a robot in URDF or MJCF becomes one of Grapnel's.", fields, rules);
+      structure<ImportKeys>("import", "How a robot in URDF or MJCF is converted to a robot of Grapnel.", fields, rules);
 };
 
 template <>
@@ -133,7 +133,7 @@ struct Described<BusKeys> {
       key<std::string>(
           "bus", "", "The satellite: a robot file, its path relative to this file, or the name of a ready-made robot.")
           .required(),
-      key<std::vector<ArmKeys>>("arms", "", "What is mounted on it, in this order.").items(1, 100).required(),
+      key<std::vector<ArmKeys>>("arms", "", "Arms mounted on the satellite, in this order.").items(1, 100).required(),
   });
   static constexpr Type type = structure<BusKeys>("robot_on_bus", "Several arms from files on one satellite.", fields);
 };

@@ -242,7 +242,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
   put_bytes(path, R"({"schema": "grapnel-summary/3"})");
   EXPECT_EQ(fault(), path.string() + ": schema is 'grapnel-summary/3', not grapnel-summary/2");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": {"name": 5}})");
-  EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is no text");
+  EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is not a text");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": "none"})");
   EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is missing");
   put_bytes(path,

@@ -144,7 +144,7 @@ const std::vector<FaultCase> kCases{
      {way("plan: {}"),
       {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
-     {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
+     {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
