@@ -35,13 +35,13 @@ const std::vector<FaultCase> kCases{
     {"approach_direction_not_unit",
      {with_point("approach_direction: [0, 0, 0]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has length 0, must be a unit vector",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"approach_direction_too_short",
      {with_point("approach_direction: [0, 1]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has 2 items, must have exactly 3",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"envelope_empty",
      {with_tip("envelope: {}")},
      {"scenario.yaml:18:63: error: robot.end_effectors[0].envelope is empty, must have at least one of position, "
@@ -66,8 +66,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:65: error: grasps[0].orientation: axis needs an 'approach_axis' at end-effector 'tip'"}},
     {"orientation_by_default_without_approach_axis",
      {with_point("approach_direction: [0, -1, 0]")},
-     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"capsule_without_length",
      {{"    grasp_points", "    geometry: {shape: capsule, radius: 1}\n    grasp_points"}},
      {"scenario.yaml:26:15: error: missing key 'length' in targets[0].geometry, needed with shape: capsule"}},
