@@ -2,7 +2,7 @@
 
 namespace grapnel {
 
-// ---- What "control" holds ----
+// ---- Contents of "control" ----
 
 template <>
 struct Described<ControlSetup> {
@@ -26,9 +26,9 @@ struct Described<ControlSetup> {
       field<&T::external>("external", "",
                           "In place of both: the simulating program provides the controller, as "
                           "Problem.simulate(controller=...) of the Python module does."),
-      field<&T::parameters>("parameters", "",
-                            "What the controller is given when it is made: a mapping that it understands; of an FMU "
-                            "parameters by their names.")
+      field<&T::parameters>(
+          "parameters", "",
+          "Mapping that is passed to the controller at its creation; for an FMU parameters by their names.")
           .as("parameters")
           .optional(),
       field<&T::inputs>(
@@ -64,7 +64,7 @@ struct Described<ControlSetup> {
                    fields, rules);
 };
 
-// ---- What "impedance" holds ----
+// ---- Contents of "impedance" ----
 
 template <>
 struct Described<ImpedanceSetup> {
@@ -74,8 +74,8 @@ struct Described<ImpedanceSetup> {
           .items(1, 0)
           .optional(),
       field<&T::motion>("motion", "",
-                        "What is controlled. pose: position and orientation. position: the position. plane: x, y and "
-                        "the turn about z, in W, of robots that move in a plane."),
+                        "Controlled directions. pose: position and orientation. position: the position. plane: x, y "
+                        "and the rotation about z, in W, for planar robots."),
       field<&T::law>(
           "law", "",
           "operational_space: M a + D v + K x = F, exact for the model. transpose: joint efforts J*^T (K e - "

@@ -9,7 +9,7 @@
 
 namespace grapnel {
 
-// ---- What "orbit", "external_wrenches" and "clearance" hold ----
+// ---- Contents of "orbit", "external_wrenches" and "clearance" ----
 
 template <>
 struct Described<LoadProfile> {
@@ -117,15 +117,16 @@ struct Described<OrbitSetup> {
           .as("unit vector")
           .optional(),
       field<&T::along_track>("along_track", "",
-                             "Unit vector in W: perpendicular to radial in the orbit's plane, the way the orbit goes, "
-                             "at t = 0; absent: [0, 1, 0].")
+                             "Unit vector in W: perpendicular to radial in the orbit's plane, in the direction of "
+                             "motion, at t = 0; absent: [0, 1, 0].")
           .as("unit vector")
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("altitude, semi_major_axis"),
-      when("altitude").forbid("eccentricity, true_anomaly", "it is that of a circular orbit; give semi_major_axis"),
-      when("altitude").forbid("mu", "it is above the surface of a body that is known; give semi_major_axis"),
+      when("altitude")
+          .forbid("eccentricity, true_anomaly", "an altitude defines a circular orbit; use semi_major_axis"),
+      when("altitude").forbid("mu", "an altitude refers to the surface of body; use semi_major_axis"),
       needs("radial", "along_track"),
       needs("along_track", "radial"),
   });
@@ -157,7 +158,7 @@ const Type& external_wrenches_description() { return type_of<std::vector<LoadSet
 const Type& orbit_description() { return type_of<std::optional<OrbitSetup>>(); }
 const Type& clearance_description() { return type_of<ClearanceSetup>(); }
 
-// ---- How they are read ----
+// ---- Reading ----
 
 namespace {
 
@@ -172,11 +173,11 @@ void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, R
     if (!entry) continue;
     reading.faults.add(
         entry->mark,
-        fmt::format("'{}' in {} has no meaning with time.shape: table: its values are the wrench itself", key, path));
+        fmt::format("'{}' in {} has no effect with time.shape: table, whose values are the wrench", key, path));
   }
 }
 
-// The model's name of a link, the base or a target; a fault if there is none.
+// The model's name of a link, the base or a target; an error if there is none.
 std::string body_named(const Node& node, const std::string& path, Reading& reading) {
   if (!is_text(node) || node.text.empty()) return {};
   const NameTable &links = reading.robot.links, &targets = reading.targets;
