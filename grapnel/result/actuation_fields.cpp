@@ -34,7 +34,7 @@ const Type& type_of<SaturationReport>() {
   static constexpr Field fields[] = {
       field<&S::actuator>("actuator", "kind of actuator"),
       field<&S::name>("name", "of the wheel, gyro, thruster or joint; of base control the axis `x`, `y` or `z`"),
-      field<&S::quantity>("quantity", "saturated quantity"),
+      field<&S::quantity>("quantity", "saturated quantity."),
       field<&S::limit>("limit", "rad/s, N m, N or 1",
                        "limit of the quantity: the share of time 1 for a thruster; for a singularity the measure below "
                        "which the array is near it"),
@@ -64,7 +64,7 @@ const Type& type_of<StabilityReport>() {
   using S = StabilityReport;
   static constexpr Field fields[] = {
       field<&S::phase>("phase", "phase of motion"),
-      field<&S::verdict>("verdict", "verdict for the phase"),
+      field<&S::verdict>("verdict", "verdict for the phase."),
       field<&S::reason>("reason", "reason for the verdict"),
       field<&S::of>("of", "decisive rate, `base x` or a joint's rate error; empty: none"),
       field<&S::period>("period", "s", "period of its oscillation at the end of the phase; 0: no oscillation"),

@@ -298,7 +298,7 @@ const Type& type_of<GraspOutcome>() {
       field<&G::end_effector>("end_effector", "end-effector of the grasp"),
       field<&G::target>("target", "target of the grasp"),
       field<&G::grasp_point>("grasp_point", "grasp point on the target"),
-      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed"),
+      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed."),
       field<&G::judged>("judged", "whether an envelope with a position tolerance was evaluated"),
       field<&G::reason>(
           "reason",

@@ -107,7 +107,7 @@ template <>
 const Type& type_of<LimitEvent>() {
   using E = LimitEvent;
   static constexpr Field fields[] = {
-      field<&E::kind>("kind", "violated limit"),
+      field<&E::kind>("kind", "violated limit."),
       field<&E::joint>("joint", "name of the joint, or `base control x`, `y`, `z`"),
       field<&E::phase>("phase", "phase of the interval"),
       field<&E::begin_time>("begin", "s", "start of the interval"),
@@ -256,7 +256,7 @@ const Type& type_of<LedgerEntry>() {
                       "compared quantities and phases; for momentum and energy also the group of bodies with the "
                       "largest deviation, and its scale"),
       field<&E::applies>("applies", "false: this run has nothing to check; `value` is then 0"),
-      field<&E::kind>("kind", "meaning of a failure"),
+      field<&E::kind>("kind", "meaning of a failure."),
       field<&E::not_checked>("not_checked", "reason for which the check was not evaluated, or only in part")
           .when<[](const E& e) { return !e.not_checked.empty(); }>(),
       field<&E::advice>("advice", "for a failed conservation row: how to correct it, or why no correction exists")
