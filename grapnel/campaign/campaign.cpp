@@ -154,7 +154,7 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
   try {
     flight.task->watch(view.time, state, motor);
     flight.clock.check();
-  } catch (const CaseStopped&) {  // the block is given up
+  } catch (const CaseStopped&) {  // the block is abandoned
   } catch (const std::exception&) {
     flight.trouble = std::current_exception();
   }
