@@ -232,7 +232,7 @@ class UncertainReader {
       read_.value = CommonNumber{distributions[0], value_form_};
     else
       read_.value = IndependentNumbers{std::move(distributions), value_form_};
-    if (dimensions(read_.value) == 0) fault(kind_mark(), "nothing of it is uncertain");
+    if (dimensions(read_.value) == 0) fault(kind_mark(), "no component is uncertain");
   }
 
   std::optional<double> neutral() const {
@@ -404,7 +404,7 @@ class UncertainReader {
     const TiltFile& file = *file_.tilt;
     read_.value =
         TiltedVector{file.deviation, file.factor ? distribution_of(*file.factor, "tilt.factor") : constant(1)};
-    if (sound_ && dimensions(read_.value) == 0) fault(kind_mark(), "nothing of it is uncertain");
+    if (sound_ && dimensions(read_.value) == 0) fault(kind_mark(), "no component is uncertain");
   }
 
   void read_rotation() {
