@@ -189,14 +189,14 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   };
   expect("", 0, "missing");
   expect("   ", 0, "missing");
-  expect("captred and a < 1", 0, "no number called 'captred'; did you mean 'captured'?");
+  expect("captred and a < 1", 0, "unknown number 'captred'; did you mean 'captured'?");
   expect("a < 1 and impulse < 2", 10, "did you mean 'grasps/tip-1/impulse'?");
   expect("a < 1 and captred-1 > 0", 10, "did you mean 'captured'?");
   expect("a < grasps/tip-1/impuls", 4, "did you mean 'grasps/tip-1/impulse'?");
   expect("a < `spin/z`", 5, "did you mean 'spin/x'?");
   expect("a < `b", 4, "does not end");
   expect("grasps/*/torque < 1", 0, "no name matches 'grasps/*/torque'");
-  expect("a < grasps/*/impulse + */*/load", 23, "do not stand for the same");
+  expect("a < grasps/*/impulse + */*/load", 23, "do not match the same");
   expect("a < 1 < b", 6, "not chained");
   expect("a = 1", 2, "did you mean '=='?");
   expect("a && b", 2, "did you mean 'and'?");
@@ -207,7 +207,7 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("a ^ 2", 2, "no operator '^'");
   expect("a ** 2", 2, "no operator '**'");
   expect("(a < 1", 0, "not closed");
-  expect("a < 1)", 5, "closes nothing");
+  expect("a < 1)", 5, "no '(' is open");
   expect("max(a, b", 3, "not closed");
   expect("a <", 3, "found the end");
   expect("a < < b", 4, "found '<'");
@@ -219,7 +219,7 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("sin(a) < 1", 0, "functions are abs, sqrt, min, max");
   expect("max() < 1", 4, "expected a number or a name");
   expect("a < 1e999", 4, "too large");
-  expect("status == 0", 0, "no number of a case");
+  expect("status == 0", 0, "not a number of a case");
   expect("a < \x01", 4, "control character");
   expect("a < $", 4, "found '$'");
   expect("a < é", 4, "'é'");

@@ -582,8 +582,9 @@ TEST(SlowSettings, NameWhatTakesTime) {
     return all;
   };
   const std::string watched = text(CampaignPlan::per_case);
-  EXPECT_NE(watched.find("every case is planned anew (plan: nominal plans once)\n"), std::string::npos) << watched;
-  EXPECT_NE(watched.find("no criterion asks for them (clearance: {enabled: false} in 'set')\n"), std::string::npos)
+  EXPECT_NE(watched.find("every case is planned separately (plan: nominal plans once)\n"), std::string::npos)
+      << watched;
+  EXPECT_NE(watched.find("no criterion uses them (clearance: {enabled: false} in 'set')\n"), std::string::npos)
       << watched;
   EXPECT_EQ(watched.find("case by case"), std::string::npos) << "all of it is in lanes\n" << watched;
   base.clearance.enabled = false;

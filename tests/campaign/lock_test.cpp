@@ -120,7 +120,7 @@ TEST(Lock, OfAnotherMachineCountsUntilItGivesNoSignOfLife) {
   write_foreign(folder.path() / "lock", 20);
   const std::string why = refusal(folder.path());
   EXPECT_THAT(why,
-              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last sign of life "));
+              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last heartbeat "));
   EXPECT_THAT(why, HasSubstr("after removing " + (folder.path() / "lock").string()));
   write_foreign(folder.path() / "lock", 1000);
   EXPECT_EQ(refusal(folder.path()), "");

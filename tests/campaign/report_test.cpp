@@ -333,16 +333,17 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   const Analyzed certain = judged.with({"captured", "grasps/tip-1/impulse > -50", "grasps/tip-1/impulse > 50"});
   EXPECT_NE(warnings(certain).find("'grasps/tip-1/impulse > 50' never holds"), std::string::npos) << warnings(certain);
   const Analyzed always = judged.with({"grasps/tip-1/captured < 5"});
-  EXPECT_EQ(warnings(always),
-            "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so "
-            "that it decides nothing\n");
+  EXPECT_EQ(
+      warnings(always),
+      "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so it has no effect\n");
   const Analyzed nobody = assumed.with({"captured"});
   EXPECT_EQ(nobody.json["success"]["assumed"], 1000);
   EXPECT_EQ(warnings(nobody),
-            "in all successes that the grasps close is assumed: end-effectors without an 'envelope' hold whatever they "
-            "meet, and nothing was checked\n");
-  EXPECT_NE(campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold, not judged\n"),
-            std::string::npos);
+            "in all successes the grasps are assumed to close: end-effectors without an 'envelope' hold without a "
+            "check of position and velocity\n");
+  EXPECT_NE(
+      campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold without an envelope\n"),
+      std::string::npos);
   const Analyzed unchecked = judged.with({"captured", "feasible"});
   EXPECT_EQ(unchecked.json["criteria"][1]["not_checked"], 1000);
   EXPECT_EQ(unchecked.json["counts"]["success"], 0);
@@ -350,7 +351,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   EXPECT_NE(campaign_summary(unchecked.campaign, unchecked.report).find("× not checked: feasible (case"),
             std::string::npos);
   const Analyzed none = judged.with({});
-  EXPECT_NE(warnings(none).find("there is no criterion: every case"), std::string::npos);
+  EXPECT_NE(warnings(none).find("no criteria are given: every completed case"), std::string::npos);
 }
 
 // Where nothing is caught there is no impulse to check: it is the miss that decides.

@@ -127,11 +127,12 @@ TEST(Manifest, SaysHowCampaignsDiffer) {
   other.text = "name: fake\ncases: more\n";
   other.sha256[0] = 'f';
   EXPECT_THAT(differences(manifest, other, "1.3"),
-              ElementsAre("grapnel 1.2 made it, and this is 1.3: their rows need not agree", "its seed is 7, not 8",
-                          "line 2 of its file is 'cases: some', not 'cases: more'"));
+              ElementsAre("it was created by grapnel 1.2, and this is 1.3: their rows may differ",
+                          "its seed is 7, not 8", "line 2 of its file is 'cases: some', not 'cases: more'"));
   other = campaign;
   other.sha256[0] = 'f';
-  EXPECT_THAT(differences(manifest, other, "1.2"), ElementsAre("its scenario, or a file that this names, was another"));
+  EXPECT_THAT(differences(manifest, other, "1.2"),
+              ElementsAre("its scenario, or a file that the scenario names, has changed"));
 }
 
 // Rows with products fused and rows without must not stand in one table.
@@ -142,9 +143,9 @@ TEST(Manifest, OfAnotherArithmeticIsAnother) {
   EXPECT_EQ(manifest.arithmetic, arithmetic_here());
   manifest.arithmetic = "abacus";
   write_manifest(folder.path(), manifest);
-  EXPECT_THAT(
-      differences(*read_manifest(folder.path()), campaign, "1"),
-      ElementsAre("its rows have the arithmetic 'abacus', not '" + arithmetic_here() + "': they differ in last bits"));
+  EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1"),
+              ElementsAre("its rows have the arithmetic 'abacus', not '" + arithmetic_here() +
+                          "': they differ in the last bits"));
   EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1", "abacus"), IsEmpty());
   StoreOptions options;
   options.version = "1";
@@ -203,7 +204,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     ASSERT_NE(edited.find(from), std::string::npos) << from;
     edited.replace(edited.find(from), std::string(from).size(), to);
     EXPECT_THAT(fault(edited), HasSubstr("manifest.json: damaged: it ")) << from;
-    EXPECT_THAT(fault(edited), HasSubstr("\nmove this file away: the command that began ")) << from;
+    EXPECT_THAT(fault(edited), HasSubstr("\nmove this file to another folder: the command that created ")) << from;
   }
   std::string spaced = text;  // the same words
   spaced.insert(spaced.find("\"total\""), "\n ");

@@ -42,7 +42,7 @@ struct Described<Envelope> {
       derived<[](const Envelope& e) { return 2 * e.position; }>("width", "m", "Of the whole envelope.")
           .when<[](const Envelope& e) { return e.position < 1; }>(),
   };
-  static constexpr Type type = structure<Envelope>("Envelope", "What an end-effector can close on.", fields);
+  static constexpr Type type = structure<Envelope>("Envelope", "Capture envelope of an end-effector.", fields);
 };
 template <>
 struct Described<Gripper> {

@@ -242,9 +242,10 @@ TEST(ByName, OverridesReachInside) {
 TEST(ByName, FaultsSayWhatIsThere) {
   EXPECT_THAT(faults_of(edited(kByName, {{"ready_made: rocket-stage", "ready_made: rocket"}})),
               ElementsAre("scenario.yaml:6:17: error: no ready-made target 'rocket'; did you mean 'rocket-stage'?"));
-  EXPECT_THAT(faults_of(edited(kByName, {{"heavy-lift-single-arm", "heavy-lift-singel-arm"}})),
-              ElementsAre("scenario.yaml:2:8: error: no ready-made robot 'heavy-lift-singel-arm'; did you mean "
-                          "'heavy-lift-single-arm'? (a robot file is named with its ending, such as robot.yaml)"));
+  EXPECT_THAT(
+      faults_of(edited(kByName, {{"heavy-lift-single-arm", "heavy-lift-singel-arm"}})),
+      ElementsAre("scenario.yaml:2:8: error: no ready-made robot 'heavy-lift-singel-arm'; did you mean "
+                  "'heavy-lift-single-arm'? (the name of a robot file needs its extension, such as robot.yaml)"));
   EXPECT_THAT(faults_of(edited(kByName, {{"point: adapter-1", "point: adapter-3"}})),
               ElementsAre(HasSubstr("unknown grasp point 'adapter-3'")));
 }

@@ -93,7 +93,7 @@ TEST(LoadTable, ReportsSaturation) {
               testing::ElementsAre(HasSubstr("wheel a"),
                                    "saturated: drive of elbow at its effort limit 40 for 1.75 s (10 % of the motion), "
                                    "first at t = 3 s",
-                                   HasSubstr("thruster t on all the time, and less given than commanded")));
+                                   HasSubstr("thruster t on continuously, delivers less than commanded")));
   const json summary = json::parse(summary_json(result, "1"));
   ASSERT_EQ(summary["saturation"].size(), 4U);
   EXPECT_EQ(summary["saturation"][0], (json{{"actuator", "wheel"},

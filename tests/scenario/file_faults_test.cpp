@@ -128,10 +128,9 @@ TEST(FileFaults, Syntax) {
   EXPECT_THAT(faults_of("gravity: *unknown\n"),
               ElementsAre("scenario.yaml:1:10: error: not valid YAML: the referenced anchor is not defined"));
   EXPECT_THAT(faults_of("a: &r [1, *r]\n"),
-              ElementsAre("scenario.yaml:1:11: error: the alias stands inside what it refers to"));
-  EXPECT_THAT(
-      faults_of("[a, b]: c\n"),
-      ElementsAre("scenario.yaml:1:1: error: a list or mapping stands where a key must be; is a bracket not closed?"));
+              ElementsAre("scenario.yaml:1:11: error: the alias is inside the value that it refers to"));
+  EXPECT_THAT(faults_of("[a, b]: c\n"),
+              ElementsAre("scenario.yaml:1:1: error: a list or mapping in place of a key; is a bracket not closed?"));
   EXPECT_THAT(faults_of("- 1\n- 2\n"),
               ElementsAre("scenario.yaml:1:1: error: the scenario must be a mapping, not a list"));
   EXPECT_THAT(faults_of("just words\n"),

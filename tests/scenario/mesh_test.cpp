@@ -166,18 +166,19 @@ TEST(ReadMesh, SaysWhatIsWrongWithAnStlText) {
   EXPECT_EQ(fault("    endloop\n", ""), "a.stl:7:3: error: expected 'endloop', not 'endfacet'");
   EXPECT_EQ(fault("vertex 0 2 0\n", "endloop\n"), "a.stl:5:7: error: expected 'vertex', not 'endloop'");
   EXPECT_EQ(fault("endsolid corner of a box\n", ""),
-            "a.stl:29:1: error: the file ends without 'endsolid': it is cut off");
+            "a.stl:29:1: error: the file ends without 'endsolid': it is truncated");
   EXPECT_EQ(fault_in("solid a\nendsolid a\n", "a.stl"), "a.stl: error: the mesh has no triangle");
   EXPECT_EQ(fault_in("solid a\nendsolid a\nfacet", "a.stl"), "a.stl:3:1: error: expected 'solid', not 'facet'");
 }
 
 TEST(ReadMesh, SaysWhatIsWrongWithABinaryStl) {
   const std::string whole = binary_stl(kCorner);
-  EXPECT_EQ(fault_in(whole.substr(0, whole.size() - 1), "a.stl"),
-            "a.stl: error: a binary STL file of 4 triangles has 284 bytes, this one 283: it is cut off or no STL file");
+  EXPECT_EQ(
+      fault_in(whole.substr(0, whole.size() - 1), "a.stl"),
+      "a.stl: error: a binary STL file of 4 triangles has 284 bytes, this one 283: it is truncated or not an STL file");
   EXPECT_EQ(fault_in("PK", "a.stl"),
-            "a.stl: error: not an STL file: 2 bytes are too few for a binary one, and it is no text that begins with "
-            "'solid'");
+            "a.stl: error: not an STL file: 2 bytes are too few for a binary one, and it is not a text that begins "
+            "with 'solid'");
   EXPECT_EQ(fault_in("", "a.stl"), fault_in("", "a.stl"));
   Facets facets = kCorner;
   facets[2][1][2] = std::nan("");
@@ -187,7 +188,7 @@ TEST(ReadMesh, SaysWhatIsWrongWithABinaryStl) {
   EXPECT_EQ(fault_in(binary_stl({kCorner[0]}), "a.stl"),
             "a.stl: error: the mesh is flat: all its vertices lie in one plane; give it a thickness");
   EXPECT_EQ(fault_in(binary_stl({{{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}}}), "a.stl"),
-            "a.stl: error: the mesh has no triangle with an area");
+            "a.stl: error: the mesh has no triangle with positive area");
   EXPECT_EQ(fault_in(binary_stl(Facets(200'001, kCorner[0])), "a.stl"),
             "a.stl: error: the mesh has 200001 triangles, at most 200000 are read; simplify it");
 }
@@ -295,10 +296,9 @@ TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
   const auto fault = [](const std::string& what, const std::string& with) {
     return fault_in(replaced(collada(collada_geometry(kColladaTriangles) + kColladaScene), what, with), "a.dae");
   };
-  EXPECT_EQ(fault_in("<a/>", "a.dae"),
-            "a.dae:1:2: error: the outermost element is <a>, of a Collada file it is <COLLADA>");
+  EXPECT_EQ(fault_in("<a/>", "a.dae"), "a.dae:1:2: error: the outermost element is <a>, expected <COLLADA>");
   EXPECT_THAT(fault_in("nothing", "a.dae"), HasSubstr("error: this is no well-formed XML"));
-  EXPECT_THAT(fault("'#g'/", "'#h'/"), HasSubstr("expected is the id of a <geometry> in this file"));
+  EXPECT_THAT(fault("'#g'/", "'#h'/"), HasSubstr("expected the id of a <geometry> in this file"));
   EXPECT_THAT(fault("meter='0.01'", "meter='0'"), HasSubstr("the meter of <unit> must be a number greater than 0"));
   EXPECT_THAT(fault("Y_UP", "up"), HasSubstr("'up' is no axis"));
   EXPECT_THAT(fault("0 300 0", "0 nan 0"), HasSubstr("<float_array>: 'nan' is no finite number"));
@@ -306,11 +306,10 @@ TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
   EXPECT_THAT(fault("count='4' stride", "count='5' stride"),
               HasSubstr("asks for 5 places, and the <float_array> has 12"));
   EXPECT_THAT(fault("3 9</p>", "4 9</p>"), HasSubstr("there is no vertex 4: the source has 4"));
-  EXPECT_THAT(fault("3 9</p>", "3</p>"), HasSubstr("expected is a multiple of 2"));
+  EXPECT_THAT(fault("3 9</p>", "3</p>"), HasSubstr("expected a multiple of 2"));
   EXPECT_THAT(fault("VERTEX", "COLOR"), HasSubstr("<triangles> has no input VERTEX"));
   EXPECT_THAT(fault("<translate>500", "<skew>500"), HasSubstr("no well-formed XML"));
-  EXPECT_THAT(fault("500 0 0</translate>", "500 0</translate>"),
-              HasSubstr("<translate> has 2 numbers, expected are 3"));
+  EXPECT_THAT(fault("500 0 0</translate>", "500 0</translate>"), HasSubstr("<translate> has 2 numbers, expected 3"));
   EXPECT_THAT(fault(kColladaTriangles, ""), HasSubstr("the mesh has no triangle"));
   // Nodes that contain themselves, or each other many times.
   std::string nodes;

@@ -101,7 +101,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:23:11: error: targets[0].mass is .inf, must be a finite number [kg]"}},
     {"too_large_for_a_double",
      {{"duration: 20", "duration: 1e999"}},
-     {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '1e999' is beyond what a double holds"}},
+     {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '1e999' is above the range of a double"}},
     {"octal",
      {{"duration: 20", "duration: 020"}},
      {"scenario.yaml:31:13: error: approach.duration must be a number [s]; '020' looks octal, write 20"}},
@@ -364,7 +364,7 @@ TEST(ScenarioFaults, ThereIsAnEndToThem) {
   for (int i = 0; i < (test::kSanitized ? 1100 : 5000); ++i) text += "extra" + std::to_string(i) + ": 1\n";
   const auto faults = faults_of(text);
   ASSERT_EQ(faults.size(), 1001u);
-  EXPECT_THAT(faults.back(), testing::EndsWith("error: too many faults; the search for more ends here"));
+  EXPECT_THAT(faults.back(), testing::EndsWith("error: too many errors; further errors are not listed"));
 }
 
 }  // namespace scenario_faults_test

@@ -166,7 +166,7 @@ TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
   EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
   EXPECT_EQ(outcome.beyond_limits(), outcome.count(CaseStatus::ok));
   EXPECT_THAT(why_nothing_is_best(optimization, outcome),
-              HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is passed, with "));
+              HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is violated, with "));
 }
 
 TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
@@ -177,7 +177,7 @@ TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
   const OptimizationOutcome outcome = run(optimization);
   EXPECT_EQ(outcome.count(CaseStatus::unreachable), outcome.evaluations.size());
   EXPECT_FALSE(outcome.best || outcome.nearest);
-  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point came to a result, most often because"));
+  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point has a result, most frequent reason"));
 }
 
 // The coarser the steps, the more energy is lost: what is least is the most wrong.

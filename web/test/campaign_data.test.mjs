@@ -81,7 +81,7 @@ test("why cases fail, what is assumed, and what is saved are there", () => {
   const data = campaignData();
   assert.equal(c.campaignModel(data).failuresAreAll, false);
   Object.assign(data.statistics, {
-    warnings: ["in all successes that the grasps close is assumed"],
+    warnings: ["in all successes the grasps are assumed to close"],
     failures: [{ status: "ok", reason: "not met: soft", count: 12, examples: [{ index: 3, reason: "not met: soft", replay: "x" }] }],
     failures_left_out: 1,
     grasps: [{ end_effector: "tip-1", captured: 190, missed: 10, tolerances: [{ name: "position", exceeded: 9, limiting: 7 }] }],
