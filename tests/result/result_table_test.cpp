@@ -62,7 +62,7 @@ TEST(ResultTable, SaysNoMoreThanWasChecked) {
   EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: yes (2 of 2 grasps, t = 20 s, largest gap 6.6 mm)\n"));
   for (GraspOutcome& grasp : result.grasps) grasp.judged = false, grasp.distance = 38.2;
   EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed (2 of 2 grasps, t = 20 s, largest gap 38.2 m): no "
-                                              "envelope says what left and\nright can close on\n"));
+                                              "capture envelope is given for\nleft and right\n"));
   for (GraspOutcome& grasp : result.grasps) grasp.target_moved = 0.106;
   EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed, by moving debris 106 mm (2 of 2 grasps"));
   result.valid_until = 12;

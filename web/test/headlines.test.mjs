@@ -28,12 +28,12 @@ test("margins count where the worst of them is no column", () => {
   assert.deepEqual(m.verdictsOf(points), { against: ["1 exceed a rating"], clean: 2 });
   assert.equal(m.badgeOf(points, 0).kind, "ok");
   assert.equal(m.badgeOf(points, 1).text, "rating exceeded");
-  assert.equal(m.badgeOf(points, 2).text, "completed, not judged");
+  assert.equal(m.badgeOf(points, 2).text, "completed, not evaluated");
 });
 
 test("a point that no column judges is completed and no more", () => {
-  assert.deepEqual(m.badgeOf(table({ energy: [1] }), 0), { text: "completed, not judged", kind: "other" });
-  assert.deepEqual(m.badgeOf(table({ captured: [NaN] }), 0), { text: "completed, not judged", kind: "other" });
+  assert.deepEqual(m.badgeOf(table({ energy: [1] }), 0), { text: "completed, not evaluated", kind: "other" });
+  assert.deepEqual(m.badgeOf(table({ captured: [NaN] }), 0), { text: "completed, not evaluated", kind: "other" });
   assert.deepEqual(m.badgeOf(table({ captured: [1] }, ["failed"]), 0), { text: "failed", kind: "failed" });
 });
 

@@ -39,7 +39,7 @@ function card({ question, tone, word, said }: Answer, ...content: (HTMLElement |
   return element("div", { class: `verdict ${tone}` }, head, element("div", {}, element("p", {}, said), ...content));
 }
 
-// ---- Captured? ----
+// ---- Capture ----
 
 function captureAnswer(s: PartlySummary): Answer {
   const question = "Capture";
@@ -62,7 +62,7 @@ function captureAnswer(s: PartlySummary): Answer {
   const met = list(s.impact?.grasps);
   if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
     return { question, tone: "none", word: "Contact, no grasp", said: captureSentence(s) };
-  const words = { yes: "Captured", assumed: "Assumed, not judged", no: "Not captured" };
+  const words = { yes: "Captured", assumed: "Assumed, no envelope", no: "Not captured" };
   const tones: Record<string, Tone> = { yes: isBeyond(s, s.capture.time) ? "warn" : "good", assumed: "warn", no: "bad" };
   return { question, tone: tones[answer], word: words[answer], said: captureSentence(s) };
 }
@@ -80,7 +80,7 @@ function isBeyond(s: PartlySummary, time: unknown): boolean {
 }
 
 function captureCard(s: PartlySummary): HTMLElement {
-  const before = s.capture ? captureSentence(s) : "It ended before a capture was judged.";
+  const before = s.capture ? captureSentence(s) : "The run ended before the capture was evaluated.";
   return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, graspList(s));
 }
 
@@ -147,7 +147,7 @@ function graspList(s: PartlySummary): HTMLElement | null {
   return element("ul", { class: "grasps" }, ...rows);
 }
 
-// ---- To be trusted? ----
+// ---- Conservation ----
 
 function checked(s: PartlySummary): LedgerRow[] {
   return ledgerRows(s).filter((row) => row.kind !== "feasibility" && row.applies);
@@ -157,7 +157,7 @@ function ledgerAnswer(s: PartlySummary): Answer {
   const question = "Ledger";
   const rows = checked(s);
   if (rows.length === 0)
-    return { question, tone: "warn", word: "No ledger", said: "The summary has no checks of conservation." };
+    return { question, tone: "warn", word: "No ledger", said: "The summary has no conservation checks." };
   const passed = rows.filter((row) => row.pass).length;
   const good = s.ledger?.pass === true && passed === rows.length;
   return {
@@ -166,7 +166,7 @@ function ledgerAnswer(s: PartlySummary): Answer {
     word: good ? "Passes" : "Fails",
     said: good
       ? `${passed} of ${rows.length} conservation checks within their bounds.`
-      : `${rows.length - passed} of ${rows.length} conservation checks are beyond their bounds: this run is no result.`,
+      : `${rows.length - passed} of ${rows.length} conservation checks are outside their bounds: the result is not valid.`,
   };
 }
 
@@ -199,11 +199,11 @@ function ledgerCard(s: PartlySummary): HTMLElement {
   );
 }
 
-// ---- Possible for the robot? ----
+// ---- Feasibility ----
 
 export interface Trouble {
   text: string;
-  size: number; // for order: how bad
+  size: number; // severity, for sorting
 }
 
 function feasibleAnswer(s: PartlySummary): Answer {
@@ -358,7 +358,7 @@ export function factText(fact: Fact): string {
   return number(fact.value, fact.percent ? 3 : 4);
 }
 
-// A force stands in the tile of the impulse that it belongs to: the peak if there is one.
+// A force is shown in the tile of its impulse: the peak if there is one.
 function tiles(facts: Fact[]): HTMLElement[] {
   const byKey = new Map(facts.map((fact) => [fact.key, fact]));
   return facts
