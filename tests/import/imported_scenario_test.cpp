@@ -137,7 +137,7 @@ TEST_F(ImportedScenario, FaultsAreAtTheirPlacesInTheModel) {
   EXPECT_THAT(faults("robot: models/arm.urdf"),
               HasSubstr("models/arm.urdf:3:4: error: the base, link 'mount', has no mass"));
   EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {base: uper}"),
-              HasSubstr("scenario.yaml:3:16: error: there is no link 'uper' to be the base; did you mean 'upper'?"));
+              HasSubstr("scenario.yaml:3:16: error: unknown link 'uper' for the base; did you mean 'upper'?"));
   EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {bsae: upper, lock: {elbow: x}, mount: {}}"),
               AllOf(HasSubstr("unknown key 'bsae' in import; did you mean 'base'?"),
                     HasSubstr("import.lock.elbow must be a number"), HasSubstr("bus")));

@@ -57,7 +57,7 @@ TEST(MjcfEffort, OfSeveralDrivesAddsUp) {
   EXPECT_EQ(robot.joint("c").effort, 4);
   EXPECT_THAT(robot.decisions("joint 'c'"), ElementsAre(HasSubstr("give 0 to 4 N; taken is 4 both ways")));
   EXPECT_FALSE(robot.joint("d").effort.has_value());  // its gear takes everything away
-  EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; taken as without a limit")));
+  EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; no limit is assumed")));
 }
 
 TEST(MjcfEffort, IsLimitedAtTheJointToo) {
