@@ -191,13 +191,13 @@ class LinkGrouper {
     }
   }
 
-  // What free joints at the root part from the base.
+  // Bodies separated from the base by free joints at the root.
   void say_what_is_left() {
     const auto leave_out = [&](int link, const SourceJoint& joint) {
-      decisions_.push_back({model_.links[link].mark,
-                            fmt::format("link {} and what hangs on it is left out: the free joint {} parts it from the "
-                                        "robot",
-                                        in_quotes(model_.links[link].name), in_quotes(joint.name))});
+      decisions_.push_back(
+          {model_.links[link].mark,
+           fmt::format("link {} and its child links are omitted: the free joint {} separates them from the robot",
+                       in_quotes(model_.links[link].name), in_quotes(joint.name))});
     };
     for (const int j : free_) {
       const SourceJoint& joint = model_.joints[j];

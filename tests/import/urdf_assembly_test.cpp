@@ -110,7 +110,7 @@ TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
   const std::string text = yaml_text(imported.robot->tree, imported.robot->comment);
   EXPECT_THAT(text,
               HasSubstr("name: massless-root\n# the base is link 'base_link', with the links fixed to it: base_body, "
-                        "battery (massless-root.urdf:6)\n# 'base_link' is one body with"));
+                        "battery (massless-root.urdf:6)\n# 'base_link' and the links fixed to it form one body"));
   EXPECT_THAT(text, HasSubstr("together (massless-root.urdf:6)\nbase:\n"));
   EXPECT_THAT(text, HasSubstr("    # joint 'shoulder': the axis has length 2"));
   EXPECT_THAT(text, HasSubstr("# end-effectors: tool0"));
@@ -286,7 +286,7 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   EXPECT_THAT(imported.decisions,
               HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value for 'left' = 0"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
-  EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): left out, for the Gazebo simulator"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): omitted, for the Gazebo simulator"));
   EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): left out"));
   EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): left out"));
   EXPECT_THAT(imported.decisions, HasSubstr("<tendon> (1 element): omitted, its meaning is unknown"));
@@ -376,7 +376,7 @@ TEST(UrdfAssembly, FreeJointsAtTheRoot) {
   ASSERT_EQ(chosen.faults, "");
   EXPECT_EQ(robot_of(chosen).bodies.size(), 2u);
   EXPECT_THAT(chosen.decisions, HasSubstr("joint 'free' is the free joint of the base"));
-  EXPECT_THAT(chosen.decisions, HasSubstr("link 'debris' and what hangs on it is left out"));
+  EXPECT_THAT(chosen.decisions, HasSubstr("link 'debris' and its child links are omitted"));
 }
 
 TEST(UrdfAssembly, ShapesAndTheirFiles) {

@@ -318,7 +318,7 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
   std::string table = kTable;
   test::put_bytes(folder / "table.csv", table.replace(table.find("2,0.2,"), 6, "2,NaN,"));
   EXPECT_EQ(test::message_of([&] { make_figure(request); }),
-            (folder / "table.csv").string() + ": axis 'speed' has a value that is no finite number");
+            (folder / "table.csv").string() + ": axis 'speed' has a value that is not finite");
   test::put_bytes(folder / "table.csv", table.replace(table.find("rank [1]"), 8, "spin [1]"));
   EXPECT_NE(test::message_of([&] { make_figure(request); }).find("'spin [1]' where study.json has 'rank [1]'"),
             std::string::npos);
@@ -348,7 +348,7 @@ TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
   EXPECT_EQ(rows[1][4], 2);
   EXPECT_EQ(rows[1][5], 1);
   const std::string data = figure_data(figure);
-  EXPECT_NE(data.find("chosen: t = 7.5 s"), std::string::npos);
+  EXPECT_NE(data.find("selected: t = 7.5 s"), std::string::npos);
   EXPECT_NE(data.find("none before t = 5.5 s"), std::string::npos);
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   const TemporaryFolder folder;

@@ -151,7 +151,7 @@ TEST_F(ReportDataOf, SeriesThatStayTooLargeForAPageAreRefused) {
   std::fill(s.time.begin(), s.time.end(), 1.0);
   EXPECT_EQ(packed_series(s, 690)["samples"], 10);
   EXPECT_EQ(test::message_of([&] { packed_series(s, 689); }),
-            "10 samples of 15 numbers are too much for a page, and more cannot be left out");
+            "10 samples of 15 numbers exceed the limit of a page, and the tolerance admits no further reduction");
 }
 
 TEST_F(ReportDataOf, TheSameResultsGiveTheSameBytes) {
@@ -255,7 +255,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
 
 TEST_F(ReportDataOf, AFolderWithoutResultsSaysWhatWasLookedFor) {
   EXPECT_EQ(fault(), folder.path().string() +
-                         ": no results: looked for summary.json (of grapnel run), study.json (of grapnel sweep), "
+                         ": no results: expected summary.json (of grapnel run), study.json (of grapnel sweep), "
                          "comparison.json (of grapnel optimize), campaign.json (of grapnel campaign)");
   const auto of = [&](const fs::path& path) { return message_of([&] { report_data(path, "1"); }); };
   EXPECT_EQ(of(folder / "nowhere"), (folder / "nowhere").string() + ": no such folder");
