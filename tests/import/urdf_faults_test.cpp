@@ -162,7 +162,7 @@ TEST(UrdfFaults, ChoicesThatDoNotExist) {
   EXPECT_EQ(faults(robot(""), options), "0:0: unknown link 'buss' for the base; did you mean 'bus'?\n");
   options = {};
   options.locked = {{"j", 1, mark}};
-  EXPECT_THAT(faults(robot(""), options), HasSubstr("there is no joint 'j' to lock"));
+  EXPECT_THAT(faults(robot(""), options), HasSubstr("unknown joint 'j' in lock"));
   options = {};
   options.end_effectors = {{"tip", mark}};
   EXPECT_THAT(faults(robot(""), options), HasSubstr("unknown link or frame 'tip' for an end-effector"));

@@ -237,7 +237,7 @@ TEST(CampaignFaults, OfConditionsAndColumns) {
   has("campaign.yaml:8:");
   has("no column 'bas'");
   has("no column 'capture' for keep.series.worst.by; did you mean 'captured'?");
-  has("campaign.yaml:10:18: error: quantiles[1] is 0.1, must be greater than 0.5 before it");
+  has("campaign.yaml:10:18: error: quantiles[1] is 0.1, must be greater than the previous 0.5");
 }
 
 TEST(CampaignFaults, OfTheDesign) {

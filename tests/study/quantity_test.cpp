@@ -176,7 +176,7 @@ TEST(Quantity, WhatHasNoMeaningIsRefusedWithTheReason) {
   const CaptureProblem given = load_scenario(test::shipped("scenarios/seven-joint-dual-capture.yaml"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("needs approach.plan"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 0)}), HasSubstr("greater than 0"));
-  EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 1, "nobody")}), HasSubstr("no target 'nobody'"));
+  EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 1, "nobody")}), HasSubstr("unknown target 'nobody'"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::relative_speed, 1, "nobody")}),
               HasSubstr("no grasp of end-effector 'nobody'"));
   CaptureProblem fixed_rates = planned();
