@@ -153,10 +153,9 @@ struct SweepReport {
 template <>
 const Type& type_of<SweepReport>();
 
-/// Each of `threads`, of which it uses eight at most, reads a column at a time: about 200 bytes a row at once, whatever
-/// the number of columns. The same rows give
-/// the same report, bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if
-/// the table is of another campaign.
+/// Each of at most eight of the `threads` reads one column at a time: about 200 bytes per row, for any number of
+/// columns. The same rows give the same report, bit for bit. `version` is the program's. @throws std::runtime_error
+/// naming path and error, also if the table belongs to another campaign.
 CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version,
                                 int threads = 1);
 

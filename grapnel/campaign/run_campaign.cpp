@@ -244,7 +244,7 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
     while (const MotionTask* task = steps.next()) {
       const std::string reason = reason_alone(*task);
       if (!reason.empty() && said.insert(task->phase + reason).second)
-        lines.push_back(fmt::format("{} is integrated case by case instead of several at once: {}", task->phase,
+        lines.push_back(fmt::format("{} is integrated case by case instead of in SIMD lanes: {}", task->phase,
                                     with_setting(reason)));
       watched = watched || task->watch != nullptr;
     }

@@ -136,10 +136,9 @@ std::optional<SolidMesh> solid_of(const MjcfPart& part, const MjcfGeom& geom, Mj
   }
   const auto solid = solid_within(*triangles, mesh.scale);
   if (solid && (solid->is_star || mesh.is_exact || context.compiler.exact_meshes)) return SolidMesh{&mesh, *solid};
-  why_not = solid
-                ? "whose hollows count as mass in MuJoCo, unless exactmeshinertia=\"true\" stands in <compiler> (since "
-                  "3.2.5: inertia=\"exact\" at <mesh>)"
-                : "whose triangles do not close a volume";
+  why_not = solid ? "whose hollows count as mass in MuJoCo, unless <compiler> has exactmeshinertia=\"true\" (since "
+                    "3.2.5: inertia=\"exact\" at <mesh>)"
+                  : "whose triangles do not close a volume";
   return {};
 }
 

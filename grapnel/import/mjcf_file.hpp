@@ -106,7 +106,7 @@ class MjcfDefaults {
   std::map<std::string, Layers> classes_;
 };
 
-/// "actuator" for the tags of actuators, which share their defaults; other tags as they are.
+/// "actuator" for the tags of actuators, which share their defaults; other tags unchanged.
 std::string mjcf_kind(const std::string& tag);
 
 /// Settings of `<compiler>`, with MuJoCo's defaults (of version 2.3 and later).

@@ -14,7 +14,7 @@
 
 namespace grapnel {
 
-/// A mesh of `<asset>`. Its shape stands at (frame of the geom) * X_GM, multiplied with `scale` before.
+/// A mesh of `<asset>`. The pose of its shape is (frame of the geom) * X_GM, after scaling with `scale`.
 struct MjcfMesh {
   std::string name;
   const MjcfElement* element = nullptr;
@@ -67,7 +67,7 @@ struct MjcfPart {
   const MjcfElement& element() const { return attributes.element(); }
 };
 
-/// A body as it stands in the file. References into MjcfFiles.
+/// A body of the file. References into MjcfFiles.
 struct MjcfBody {
   std::string name;  // unique
   const MjcfElement* element = nullptr;
@@ -104,8 +104,8 @@ MjcfTree read_mjcf_tree(const MjcfElement& root, MjcfContext& context);
 /// The bodies of the robot.
 struct MjcfRobot {
   std::vector<int> bodies;  // parents first
-  // Whether the trees hang on the world by joints, which then is a link of its own. Otherwise there is one tree, whose
-  // root is the robot's.
+  // Whether joints connect the trees to the world, which is then a separate link. Otherwise there is one tree, whose
+  // root is the base.
   bool hangs_on_world = false;
 };
 

@@ -258,7 +258,7 @@ class RobotMaker {
     if (type == "ball") {
       context_.fault(given.mark("type"),
                      fmt::format("the joint of body {} is a ball joint, which is not supported: write "
-                                 "three hinges on bodies of their own, each with its mass",
+                                 "three hinges on separate bodies, each with its mass",
                                  in_quotes(body.name)));
       return Posed::identity();
     }

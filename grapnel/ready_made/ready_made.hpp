@@ -24,7 +24,7 @@ struct ReadyMade {
   std::string description() const;
 };
 
-/// In the order of the folders above, then as they are listed.
+/// In the order of the folders above, then in the order of CMakeLists.txt.
 std::span<const ReadyMade> all_ready_made();
 std::vector<ReadyMade> ready_made(ReadyMade::Kind kind);
 /// Null if there is none of this name.

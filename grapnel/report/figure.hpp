@@ -148,8 +148,8 @@ Figure series_figure(const RunSource& run, const FigureRequest& request);
 // ---- Sweeps: a quantity against one axis, a line per value of another, or a heat map over two ----
 
 /// impulse-map. Without request.columns: every grasp's impulse_magnitude, else the first column. Axes beyond the second
-/// are shown at their first value, and the data file's head says so. Two numeric axes give a heat map on request, or if
-/// the second has more values than distinguishable lines (12). For an unknown axis or column it throws
+/// are shown at their first value, as stated in the data file's head. Two numeric axes give a heat map on request, or
+/// if the second has more values than distinguishable lines (12). For an unknown axis or column it throws
 /// std::runtime_error with the available names.
 Figure study_figure(const StudySource& study, const FigureRequest& request);
 

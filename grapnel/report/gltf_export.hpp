@@ -20,7 +20,7 @@ class GltfFile {
   /// Adds data to the buffer and returns the index of its accessor. `width`: components of an element, 1, 3
   /// or 4.
   int add_floats(const std::vector<float>& values, int width);
-  /// Vertices and normals of meshes, indices of triangles: the buffer's views then say so.
+  /// Purpose of the data (vertices and normals, or indices of triangles), for the buffer's views.
   int add_vertices(const std::vector<float>& values);
   int add_indices(const std::vector<std::uint32_t>& values);
 

@@ -1,5 +1,5 @@
-// The fields of summary.json that say what drove the robot and what that asked of it: loads of grasps, joints and
-// loops, control laws, reaction wheels.
+// The fields of summary.json about loads and actuation: loads of grasps, joints and loops, control laws, reaction
+// wheels.
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 

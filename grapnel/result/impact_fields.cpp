@@ -1,4 +1,4 @@
-// The fields of impacts: impulses at grasps and joints, what the configuration makes of them, and margins.
+// The fields of summary.json about impacts: impulses at grasps and joints, measures of the configuration, and margins.
 #include <algorithm>
 #include <array>
 
@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// ---- As the document has it, where that differs from the result ----
+// ---- Structures of the document that differ from the result ----
 
 struct ImpulseAtGrasp {
   std::string end_effector;

@@ -1,4 +1,4 @@
-// The fields of summary.json that say what the on-board computer knew: readings of sensors, estimates of targets,
+// The fields of summary.json about the knowledge of the on-board computer: sensor readings, estimates of targets,
 // replanning, identification.
 #include "grapnel/result/result_documents.hpp"
 

@@ -1,4 +1,4 @@
-// The fields of bodies and joints in motion, of plans, and of grasps that close or miss.
+// The fields of summary.json about motion of bodies and joints, plans, and closed or missed grasps.
 #include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {

@@ -1,5 +1,5 @@
-// The fields of summary.json that say whether a run can be trusted and flown: clearance, limits, feasibility, the
-// ledger, costs, the orbit; and the document that all fields make.
+// The fields of summary.json about validity and feasibility: clearance, limits, feasibility, the ledger, costs, the
+// orbit; and the whole document.
 #include <algorithm>
 #include <array>
 #include <cmath>

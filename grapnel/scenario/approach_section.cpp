@@ -408,9 +408,9 @@ struct Described<ApproachSetup> {
       when("plan").require_one_of("duration, window"),
       needs("window", "plan"),
       needs("straight_in", "plan"),
-      when("trajectory").forbid("profile, waypoints", "the file says where the joints are at all times"),
+      when("trajectory").forbid("profile, waypoints", "the file gives the joint values at all times"),
       when("trajectory").forbid("final_rates", "the rates at the end follow from the file"),
-      when("pieces").forbid("profile, waypoints", "they say where the joints are at all times"),
+      when("pieces").forbid("profile, waypoints", "they give the joint values at all times"),
       when("pieces").forbid("final_rates", "the rates at the end follow from them"),
       when("straight_in").forbid("final_rates", "the rates follow from straight_in"),
   });

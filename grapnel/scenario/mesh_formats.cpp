@@ -29,7 +29,7 @@ struct Word {
 // A text line by line, its words, and where it is. Lines end with a line feed, a carriage return or both.
 class Lines {
  public:
-  enum class Continuation { none, backslash };  // whether a line that ends with one goes on in the next
+  enum class Continuation { none, backslash };  // whether a trailing backslash continues the line
 
   Lines(std::string_view text, Continuation continuation)
       : text_(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text), continuation_(continuation) {}
@@ -72,7 +72,7 @@ class Lines {
   Vector3d place(std::size_t first) const { return {coordinate(first), coordinate(first + 1), coordinate(first + 2)}; }
 
  private:
-  // Adds the words of the next line of the text; whether it goes on.
+  // Adds the words of the next line of the text; returns whether the line continues.
   bool next_part() {
     const std::size_t end = std::min(text_.find_first_of("\r\n", at_), text_.size());
     line_ = text_.substr(at_, end - at_);

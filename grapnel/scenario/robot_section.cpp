@@ -648,7 +648,7 @@ struct Described<BaseKeys> {
 
 namespace {
 
-// The bodies but for the base, which comes first.
+// The bodies except the base, which comes first.
 const Type& links_type() {
   static const Type type = [] {
     Type list = type_of<std::vector<BodyDescription>>();

@@ -189,7 +189,7 @@ void finish_clearance(Reading& reading);
 void finish_control(const TrajectoryFile* torques, Reading& reading);
 void finish_sensors(Reading& reading);
 
-/// Adds conflicts at their places in the tree, but for those of keys that are not there and those that rest on what is
+/// Adds conflicts at their places in the tree, except those of absent keys and those that depend on values that are
 /// faulty.
 void add_conflicts(std::vector<ProblemFault> conflicts, const Node& root, FaultList& faults);
 

@@ -150,7 +150,7 @@ TEST(Criterion, NothingComparesWithNaN) {
                            "min(1, a) <= 1", "max(a, 1) >= 1", "max(1, a) >= 1",
                            "sqrt(-1) >= 0",  "0 / 0 == 0"})
     EXPECT_FALSE(holds(text, row)) << text;
-  // Nobody knows: nor does the opposite hold.
+  // Unknown: the negation does not hold either.
   EXPECT_FALSE(holds("not a < 1", row));
   EXPECT_FALSE(holds("not a", row));
   EXPECT_FALSE(holds("not (a < 1 and captured)", row));
@@ -242,7 +242,7 @@ TEST(Criterion, NumbersMayHaveUnits) {
   EXPECT_TRUE(holds_for("grasps/tip-1/impulse / 0.1 s > 3.99 N"));
   EXPECT_TRUE(holds_for("sqrt(a * a) < 801 cm"));
   EXPECT_TRUE(holds_for("max(a, 3 m) == 8 m"));
-  EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // whose unit nobody knows
+  EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // with an unknown unit
   EXPECT_EQ(parsed("grasps/tip-1/impulse < 200 mN s").limits().at(0).bound, 0.2);
   // Without units of the names nothing is compared, and numbers become SI all the same.
   EXPECT_EQ(Criterion::parse("a < 250 mm", kNames).limits().at(0).bound, 0.25);

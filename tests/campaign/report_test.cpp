@@ -163,7 +163,7 @@ TEST(CampaignReport, ShowsSuccessByInput) {
   }
   EXPECT_EQ(trials, kRows);
   EXPECT_EQ(successes, sample().json["counts"]["success"]);
-  EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are caught";
+  EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are captured";
 }
 
 TEST(CampaignReport, KnowsWhatMatters) {
@@ -231,7 +231,7 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
       EXPECT_LT(std::abs(measure.groups[2].first_order), 0.05);
     }
   }
-  EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown as it is";
+  EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown unchanged";
 }
 
 // A campaign of one grasp: a's grasp closes where both tolerances are kept.
@@ -354,7 +354,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   EXPECT_NE(warnings(none).find("no criteria are given: every completed case"), std::string::npos);
 }
 
-// Where nothing is caught there is no impulse to check: it is the miss that decides.
+// Without a capture there is no impulse to check: the miss is decisive.
 TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
   Grasping grasping;
   std::uint64_t missed = 0, hard = 0;
@@ -371,7 +371,7 @@ TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
   const std::string text = campaign_summary(a.campaign, a.report);
   const std::string line = "\n  captured: targets.box.grasp_points.grip ";
   EXPECT_NE(text.find(line), std::string::npos) << text;
-  EXPECT_EQ(text.find(line), text.rfind(line)) << "a criterion that is a column is told once\n" << text;
+  EXPECT_EQ(text.find(line), text.rfind(line)) << "a criterion that is a column is listed once\n" << text;
 }
 
 TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {

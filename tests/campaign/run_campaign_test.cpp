@@ -311,7 +311,7 @@ TEST(CampaignEstimate, IsThatOfLargerParts) {
   EXPECT_EQ(estimate_text({1e5, 10, 2}), "about 28 h for 10 cases on 2 threads");
   sizes.clear();
   EXPECT_LT(estimate_campaign(work, missing, 4, 200, clock)->seconds, 200);
-  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1})) << "a quick campaign begins at once";
+  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1})) << "a quick campaign begins immediately";
   missing.resize(1);
   EXPECT_EQ(estimate_campaign(work, missing, 8, 0, clock)->threads, 1) << "one block is one thread's";
   missing.clear();

@@ -113,7 +113,7 @@ TEST(Numbers, MayBeFewOrTheSame) {
 }
 
 TEST(Numbers, KeepTheirDigits) {
-  // Large numbers that hardly differ: naive sums of squares give nothing here.
+  // Nearly equal large numbers: naive sums of squares lose all digits here.
   const Description d = describe_numbers(std::vector<double>{1e9 + 4, 1e9 + 7, 1e9 + 13, 1e9 + 16}, {});
   EXPECT_EQ(d.mean, 1e9 + 10);
   EXPECT_DOUBLE_EQ(d.standard_deviation, std::sqrt(30.0));

@@ -135,7 +135,7 @@ TEST(Manifest, SaysHowCampaignsDiffer) {
               ElementsAre("its scenario, or a file that the scenario names, has changed"));
 }
 
-// Rows with products fused and rows without must not stand in one table.
+// Rows with fused products and rows without must not be mixed in one table.
 TEST(Manifest, OfAnotherArithmeticIsAnother) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(1000);
@@ -150,7 +150,7 @@ TEST(Manifest, OfAnotherArithmeticIsAnother) {
   StoreOptions options;
   options.version = "1";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
-  options.arithmetic = "abacus";  // as merge goes on with what its folders have
+  options.arithmetic = "abacus";  // as merge continues with the arithmetic of its folders
   { EXPECT_EQ(ShardStore(folder.path(), campaign, options).arithmetic(), "abacus"); }
   options.arithmetic = "fingers";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
@@ -194,7 +194,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     return std::string();
   };
   EXPECT_THAT(fault(text.substr(0, text.size() / 2)), HasSubstr("manifest.json: not JSON"));
-  // Every number and word is sealed: an edited total would add a case without a word.
+  // Every number and word is sealed: an edited total would silently add a case.
   for (const auto& [from, to] : {std::pair{"\"total\": 10", "\"total\": 11"},
                                  {"\"seed\": 7", "\"seed\": 8"},
                                  {"\"total\"", "\"sum\""},
@@ -314,7 +314,7 @@ TEST(Store, AnExtensionAddsCasesOnceUntilTheyAreThere) {
   const TemporaryFolder folder, at_once;
   const Campaign campaign = fake_campaign(kCases);
   for (int i = 0; i < 2; ++i) {
-    ShardStore store(folder.path(), campaign, options("", 100));  // the second time goes on
+    ShardStore store(folder.path(), campaign, options("", 100));  // the second time continues
     EXPECT_EQ(store.total(), kCases + 100);
   }
   for (int i = 0; i < 2; ++i) {

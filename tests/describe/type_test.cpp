@@ -34,7 +34,7 @@ template <>
 struct Described<Envelope> {
   static constexpr Field fields[] = {
       field<&Envelope::position>("position", "m", "Largest distance.").at_least(0),
-      field<&Envelope::angle>("angle", "rad", "Largest angle; absent: any."),
+      field<&Envelope::angle>("angle", "rad", "Largest angle; absent: no limit."),
       field<&Envelope::colour>("colour", "Of the gripper."),
       field<&Envelope::determined>("determined", "Per component."),
       field<&Envelope::axis>("axis", "1", "Of approach."),

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A robot of two bodies in which each test changes something. The joint's attributes stand in line 7 from column 14
+// A robot of two bodies, modified by each test. The joint's attributes are in line 7 from column 14
 // on, the arm's other contents in line 8, what else the model has in line 10.
 struct Changed {
   std::string root = {};                    // after <mujoco>, line 2

@@ -25,7 +25,7 @@ using testing::Imported;
 using ::testing::Not;
 using testing::robot_of;
 
-// Rz(y) Ry(p) Rx(r) of its own.
+// Independent implementation of Rz(y) Ry(p) Rx(r).
 Eigen::Isometry3d pose(double x, double y, double z, double r, double p, double w) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = Eigen::Vector3d(x, y, z);
@@ -295,7 +295,7 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   for (const EndEffectorSetup& one : robot.end_effectors) tips.push_back(one.name);
   EXPECT_THAT(tips, ::testing::UnorderedElementsAre("tcp", "right_tip", "left_finger"));
 
-  // A locked master moves its followers; what is locked itself follows nobody.
+  // A locked master moves its mimic joints; a locked joint does not follow others.
   ImportOptions options;
   options.locked = {{"left", 0.03, {}}};
   EXPECT_THAT(import_corpus("gripper.urdf", options).decisions,
@@ -384,7 +384,7 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   ASSERT_EQ(imported.faults, "");
   const Node& bus = *imported.robot->tree.find("base")->find("geometry");
   ASSERT_TRUE(bus.is_sequence());
-  ASSERT_EQ(bus.items.size(), 3u);  // two of its own, one of the mast
+  ASSERT_EQ(bus.items.size(), 3u);  // two of the bus, one of the mast
   EXPECT_EQ(flow_text(bus.items[0]), "{shape: box, size: [1, 1, 1], position: [0, 0, 0.1]}");
   EXPECT_EQ(flow_text(bus.items[1]), "{shape: sphere, radius: 0.4}");
   EXPECT_EQ(bus.items[2].find("shape")->text, "capsule");

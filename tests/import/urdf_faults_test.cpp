@@ -1,4 +1,4 @@
-// What is wrong is said with its place and all at once; nothing crashes on what is not what it should be.
+// All errors are reported together with their locations; no invalid input causes a crash.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Robots and targets that are part of the program: what they hold is possible and plausible, each is caught or catches
+// Ready-made robots and targets: their data are possible and plausible, each is captured or captures
 // in a small scenario, and scenarios that include them by name are what they would be in full.
 #include "grapnel/ready_made/ready_made.hpp"
 
@@ -64,7 +64,7 @@ TEST(ReadyMade, AreInTheDocumentation) {
 }
 
 // Positive definite, the triangle inequality, and no farther out than the body itself: its moments are at most those of
-// its mass at the ends of its shape's diagonal. `slack`: published links have housings and motors that nobody draws.
+// its mass at the ends of its shape's diagonal. `slack`: published links have housings and motors without shapes.
 void expect_possible(double mass, const Symmetric3d& I, const Geometry& geometry, double slack,
                      const std::string& what) {
   Eigen::Matrix3d matrix;
@@ -149,7 +149,7 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
     }
     const Vector3d tip = frame_pose(system.model, forward_kinematics(system.model, there), system.end_effectors[0]).p;
     const std::string& end_effector = alone.robot.end_effectors[0].name;
-    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // what bends takes long
+    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // flexible bodies are slow
     const CaptureProblem problem = problem_of(
         "name: " + name + "\nrobot: " + name + "\ninitial: {joints: " + list_of(begin) +
         "}\ntargets:\n  - {name: cube, ready_made: cubesat-27u, state: {position: " +

@@ -52,7 +52,7 @@ double worst_deviation(const TimeSeries& s, const std::vector<std::size_t>& kept
   return worst;
 }
 
-// Several series of all manners at once: smooth, random walk, noise, jumps, constant, NaN for a while, a quaternion.
+// Several series of all kinds together: smooth, random walk, noise, jumps, constant, NaN for a while, a quaternion.
 TimeSeries mixed(unsigned seed, std::size_t samples) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;

@@ -1,4 +1,4 @@
-// Figures: what stands in data and script, what gnuplot makes of them, and that no name is ever executed.
+// Figures: contents of data and script, output of gnuplot, and that names are never executed.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -328,7 +328,7 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
             std::string::npos);
 }
 
-// Times of capture: what was looked at, where nothing is known a gap, and no such figure of other runs.
+// Capture times: evaluated values, gaps for unknown values, and no such figure for other runs.
 TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
   RunSource run = sample_run(false);
   EXPECT_FALSE(has_window(run));

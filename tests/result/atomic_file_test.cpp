@@ -77,7 +77,7 @@ TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
   EXPECT_EQ(folder.files(), 7);
   EXPECT_FALSE(std::filesystem::exists(folder / gone));
   EXPECT_TRUE(std::filesystem::exists(folder / mine));  // its process runs
-  remove_leftovers(folder.path(), 0);                   // nobody else writes here
+  remove_leftovers(folder.path(), 0);                   // no other writer
   EXPECT_EQ(folder.files(), 6);
 }
 

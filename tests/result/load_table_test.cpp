@@ -88,7 +88,7 @@ TEST(LoadTable, ReportsSaturation) {
       "saturated: wheel a at its largest rate 418.88 rad/s for 10 s (50 % of the motion), first at t = 2 s, and at "
       "the end; 3 more, see saturation");
   EXPECT_THAT(result_table(result), HasSubstr("saturated: wheel a at its largest rate"));
-  // What is short is no warning, but for what is there at the end.
+  // Short saturations give no warning, except those at the end.
   EXPECT_THAT(saturation_warnings(result),
               testing::ElementsAre(HasSubstr("wheel a"),
                                    "saturated: drive of elbow at its effort limit 40 for 1.75 s (10 % of the motion), "

@@ -123,7 +123,7 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   EXPECT_THAT(shorter, Not(HasSubstr("the loop over")));
   EXPECT_THAT(shorter, Not(HasSubstr("the minimum is reported")));
   result.impact->loops[0].end_effector_distance = 1 + 1.1e-6;
-  EXPECT_THAT(result_table(result), HasSubstr("misses by 1.1e-06 m"));
+  EXPECT_THAT(result_table(result), HasSubstr("has a gap of 1.1e-06 m"));
 }
 
 TEST(ResultTable, StaysWithinItsColumns) {

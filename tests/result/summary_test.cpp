@@ -271,7 +271,7 @@ TEST(Summary, HasTheContractsFeasibility) {
   EXPECT_EQ(feasibility["valid_until"], 32);
   EXPECT_EQ(feasibility["not_checked"], json::array());
 
-  // Nobody looked: neither true nor false.
+  // Not evaluated: neither true nor false.
   LedgerEntry& clearance = result.ledger.entries.back();
   clearance.value = 0, clearance.not_checked = "no body has a shape";
   result.clearance_events.clear(), result.limit_events.clear();

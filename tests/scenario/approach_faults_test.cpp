@@ -15,7 +15,7 @@ TEST_P(ApproachFault, IsReportedWithItsPlace) {
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
 }
 
-// A plan for a time that is looked for, in place of the duration and the way.
+// A plan with a capture window, in place of the duration and the trajectory.
 Edit window(const std::string& text) {
   return {"  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}",
           "  window: " + text + "\n  plan: {}"};
@@ -408,10 +408,10 @@ const std::vector<FaultCase> kCases{
      {way("trajectory: no.csv\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  straight_in: {stand_off: "
           "1, duration: 1}")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file",
-      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file says where the joints "
-      "are at all times",
-      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file says where the "
-      "joints are at all times",
+      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
+      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with trajectory: the rates at the end "
       "follow from the file",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with straight_in: the rates follow from "

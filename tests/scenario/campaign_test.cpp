@@ -240,7 +240,7 @@ TEST(Campaign, SetsWhatTheReaderReads) {
                    "uncertain:\n  - {path: targets.target-1.mass, as: factor, normal: {deviation: 0.1}}\n");
 }
 
-// What no setter knows is read anew; the cases are none the worse.
+// Values without a setter are read again, with the same cases.
 TEST(Campaign, EveryPathWorks) {
   expect_read_back(head() +
                        "uncertain:\n"
@@ -321,7 +321,7 @@ TEST(Campaign, ADesignHasTheSameSampleAtAllItsPoints) {
     EXPECT_DOUBLE_EQ(problem.targets[0].mass, campaign.draw(4)[0] * (point % 2 == 0 ? 1 : 2));
     EXPECT_EQ(problem.targets[0].mass, campaign.draw(point * 1000 + 4)[0]);
   }
-  // Each point of the design has a plan of its own.
+  // Each point of the design has a separate plan.
   EXPECT_NE(*campaign.problem(0).problem.approach->final_rates, *campaign.problem(5000).problem.approach->final_rates);
   const CaptureProblem read = read_back(folder, campaign, 5004);
   CaptureProblem problem = campaign.problem(5004).problem;
@@ -329,7 +329,7 @@ TEST(Campaign, ADesignHasTheSameSampleAtAllItsPoints) {
   EXPECT_TRUE(problem_bytes(problem) == problem_bytes(read));
 }
 
-// A design that puts something of another form in an uncertain value's place: those cases fail, and say why.
+// A design that replaces an uncertain value by a value of another form: those cases fail with a reason.
 TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(

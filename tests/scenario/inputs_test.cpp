@@ -65,7 +65,7 @@ TEST(Names, HoldNoControlCharacters) {
   }
   EXPECT_THAT(faults_with({{"name: test", "name: \"a\\eb\""}}), SizeIs(1));
   EXPECT_THAT(faults_with({{"name: test", "name: test\ndescription: \"two\\nlines, a\\ttab\""}}), IsEmpty());
-  // As they are: C1, and what turns the direction of writing.
+  // Unescaped: C1, and characters that change the direction of writing.
   EXPECT_THAT(faults_of("name: a\xc2\x9b"
                         "31mz"),
               ElementsAre("scenario.yaml:1:8: error: control character 0xc29b is not allowed in the file"));

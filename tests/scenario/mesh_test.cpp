@@ -216,7 +216,7 @@ TEST(ReadMesh, TakesFilesAsProgramsWriteThem) {
   returns = kObj;
   std::replace(returns.begin(), returns.end(), '\n', '\r');
   expect_corner(mesh_in(returns, "a.obj"));
-  // Lines of an OBJ that go on behind a backslash.
+  // OBJ lines that continue after a backslash.
   expect_corner(mesh_in(
       replaced(replaced(kObj, "f 1/1/1 3//1 2/1 ", "f 1/1/1 \\\n 3//1\\\r\n2/1 "), "v 1 0 0", "v 1 \\\n0 0"), "a.obj"));
   EXPECT_EQ(fault_in("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n  2 x\n", "a.obj").substr(0, 13), "a.obj:5:5: er");
@@ -487,7 +487,7 @@ TEST_F(MeshInScenario, SaysWhatIsWrong) {
   EXPECT_THAT(faults("{shape: box, size: [1, 1, 1], scale: 2}"), ElementsAre(HasSubstr("scale")));
   folder_.write("part.stl", replaced(kTextStl, "vertex 0 2 0", "vertex 0 two 0"));
   EXPECT_THAT(faults(ball_), ElementsAre("part.stl:5:16: error: a coordinate must be a number, not 'two'"));
-  // Both at once: the robot's and the target's.
+  // Both together: the robot's and the target's.
   folder_.write("robots/arm.stl", "nothing");
   EXPECT_THAT(faults(ball_), ElementsAre(HasSubstr("part.stl:5:16: error: "), HasSubstr("arm.stl: error: not an STL")));
   // A folder, and a file of another kind with the right ending.

@@ -10,7 +10,7 @@ namespace pieces_test {
 
 using testing::ElementsAre;
 
-// Start where kSmallScenario does. Of the elbow, a parabola and the line that goes on from it.
+// Start where kSmallScenario does. For the elbow a parabola and the line that continues it.
 const char* const kPieces =
     "pieces:\n"
     "    - {until: 8, series: [[0.5], [1.5, 1, 0.5]]}\n"
@@ -109,10 +109,10 @@ TEST_F(Pieces, JointsAndCoefficients) {
 TEST_F(Pieces, SayItAll) {
   EXPECT_THAT(faults(std::string(kPieces) +
                      "\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  final_joints: [0, 0]"),
-              ElementsAre("scenario.yaml:36:3: error: 'profile' in approach has no meaning with pieces: they say where "
-                          "the joints are at all times",
-                          "scenario.yaml:37:3: error: 'waypoints' in approach has no meaning with pieces: they say "
-                          "where the joints are at all times",
+              ElementsAre("scenario.yaml:36:3: error: 'profile' in approach has no meaning with pieces: they give the "
+                          "joint values at all times",
+                          "scenario.yaml:37:3: error: 'waypoints' in approach has no meaning with pieces: they give "
+                          "the joint values at all times",
                           "scenario.yaml:38:3: error: 'final_rates' in approach has no meaning with pieces: the rates "
                           "at the end follow from them",
                           "scenario.yaml:39:3: error: approach has both 'pieces' and 'final_joints', only one is "

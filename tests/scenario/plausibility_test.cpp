@@ -1,4 +1,4 @@
-// What is allowed but hardly meant is said with its place, and nothing that is meant.
+// Valid but implausible input gives a warning with its location; plausible input gives none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -310,7 +310,7 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
                              with_shape("[{shape: sphere, radius: 0.5}, {shape: sphere, radius: 0.7}]"),
                              {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}}),
               ElementsAre(HasSubstr("'base' and target 'ball' overlap by 0.3 m at t = 0")));
-  // Also where nobody watches, but not where a touch is allowed.
+  // Also without monitoring, but not if contact is allowed.
   const std::vector<Edit> there{
       base, with_shape("{shape: sphere, radius: 0.5}"), {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}};
   std::vector<Edit> unwatched = there, allowed = there;

@@ -140,7 +140,7 @@ TEST(Shapes, NumbersAreSetInPlace) {
   EXPECT_TRUE(faults.empty());
 }
 
-// What a study has changed in a shape stands in the scenario that it writes.
+// A scenario written by a study contains its changes of shapes.
 TEST(Shapes, ChangesAreWrittenBack) {
   for (const std::string& ball : {kBus, "[" + kDish + ", " + kBus + "]", "[" + kBus + ", " + kDish + "]"}) {
     const TemporaryFolder folder;

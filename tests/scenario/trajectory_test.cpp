@@ -76,7 +76,7 @@ TEST_F(Trajectory, SaysDurationAndInitialValues) {
                           "they must agree within 1e-06 or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 20 [s], but the trajectory ends at 7; make "
                           "them agree or leave out the duration"));
-  // Too many samples are told of a duration that the file says as well.
+  // Too many samples are reported for a duration that comes from the file.
   EXPECT_THAT(
       faults("time,shoulder,elbow\n0,0.5,1\n1e7,0,0\n", {kWay, kNoDuration, with_top("output: {interval: 0.5}")}),
       ElementsAre("scenario.yaml:32:20: error: output.interval is 0.5 [s], which gives 2e+07 samples over 1e+07 "
@@ -180,7 +180,7 @@ TEST_F(Trajectory, HeaderBehindASign) {
   EXPECT_THAT(faults("#time,sholder,elbow\n0,0.5,1\n20,0,0\n"),
               ElementsAre("motion.csv:1:2: error: the header lacks joints: shoulder",
                           "motion.csv:1:7: error: unknown column 'sholder'; did you mean 'shoulder'?"));
-  // A header of its own goes before a comment that looks like one.
+  // A real header has priority over a comment that looks like one.
   EXPECT_NO_THROW(load("# time,and other things\ntime,shoulder,elbow\n0,0.5,1\n20,0,0\n", {kWay}));
 }
 

@@ -139,7 +139,7 @@ TEST(Optimize, TheSameBitsForAnyNumberOfThreads) {
   EXPECT_NE(one, evaluations_csv(other, run(other, 2)));
 }
 
-// An impact alone watches no motion: nobody knows whether the best is feasible, and the text does not say it.
+// An impact without motion has no feasibility checks: the verdict is unknown, and the text omits it.
 TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
   const Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 6, refine: 1}\n"));
@@ -225,7 +225,7 @@ TEST(Optimize, ColumnsCombine) {
   EXPECT_TRUE(std::isnan(value(Combine::largest, {0, 3})));
 }
 
-// All kinds of variables at once; the file that is written is the point, to the last bit where nothing is turned.
+// All kinds of variables together; the written file equals the point, to the last bit without rotations.
 TEST(Optimize, TheWrittenScenarioIsThePoint) {
   const Optimization optimization =
       loaded("name: all\nscenario: " + test::shipped("scenarios/thesis/closed-loop.yaml") +

@@ -1,4 +1,4 @@
-// Optimization files: what is wrong is said at once, with its place.
+// Optimization files: errors are reported immediately, with their locations.
 #include "grapnel/study_files/study_files.hpp"
 
 #include <gmock/gmock.h>

@@ -209,7 +209,7 @@ function contours(lines: ContourLine[], labels: LineLabel[]): SVGElement {
   return group;
 }
 
-// For a cell: what would round to 0 or 1 says so.
+// For a cell: values that would round to 0 or 1 are marked.
 function shortProbability(v: number): string {
   if (v === 0 || v === 1) return String(v);
   return v >= 0.995 ? ">.99" : v < 0.005 ? "<.01" : v.toFixed(2);

@@ -14,7 +14,7 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     ...found(s, plan),
     pairs([
       [
-        "made least",
+        "objective",
         plan.objective && plan.objective !== "as_found"
           ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
           : "",

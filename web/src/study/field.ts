@@ -3,7 +3,7 @@ import type { OptimizationData, SweepData, TableColumn } from "../data";
 
 export type Role = "axis" | "combined" | "column";
 
-// One column. Its numbers are made when first asked for: a study may have a hundred columns, and few are looked at.
+// One column. Its numbers are computed on first use: a study may have a hundred columns, of which few are displayed.
 export class Field {
   private made: Float64Array | null = null;
   private distinct: number[] | null = null;
