@@ -46,7 +46,7 @@ Fault fault_of(const std::string& text) {
   return {"no fault", 999999};
 }
 
-TEST(Criterion, ComparesInEveryWay) {
+TEST(Criterion, SupportsAllComparisons) {
   for (const auto& [text, value] : std::vector<std::pair<std::string, bool>>{{"a < 9", true},
                                                                              {"a < 8", false},
                                                                              {"a <= 8", true},
@@ -160,7 +160,7 @@ TEST(Criterion, NothingComparesWithNaN) {
   EXPECT_TRUE(holds("1 / 0 > 1e300")) << "infinity is a number";
 }
 
-TEST(Criterion, SaysWhatItAsksOfSingleNumbers) {
+TEST(Criterion, ReportsLimitsOnSingleNumbers) {
   const auto limits = [](const std::string& text) {
     std::string all;
     const Criterion criterion = Criterion::parse(text, kNames);
@@ -181,7 +181,7 @@ TEST(Criterion, SaysWhatItAsksOfSingleNumbers) {
     EXPECT_EQ(limits(none), "") << none;
 }
 
-TEST(Criterion, SaysWhatIsWrongAndWhere) {
+TEST(Criterion, ReportsErrorsWithPositions) {
   const auto expect = [](const std::string& text, std::size_t offset, const std::string& part) {
     const Fault fault = fault_of(text);
     EXPECT_EQ(fault.offset, offset) << text << ": " << fault.message;
@@ -400,7 +400,7 @@ class Grower {
   std::mt19937 random_;
 };
 
-TEST(Criterion, ComputesWhatItSays) {
+TEST(Criterion, EvaluatesExpressions) {
   int true_ones = 0;
   for (unsigned seed = 0; seed < 3000; ++seed) {
     const Grown grown = Grower(seed).condition(4);
@@ -418,7 +418,7 @@ TEST(Criterion, HasAName) {
   EXPECT_EQ(Criterion::parse("a < 1", kNames, "slow").text(), "a < 1");
 }
 
-TEST(Criterion, SaysWhatWasNotChecked) {
+TEST(Criterion, ReportsUncheckedConditions) {
   std::vector<double> row = numbers();
   row[5] = kNaN;
   const auto judged = [&](const char* text) { return Criterion::parse(text, kNames).judge(row); };

@@ -106,7 +106,7 @@ TEST(CampaignReport, CountsOutcomes) {
   EXPECT_EQ(json["success"]["confidence"], 0.95);
 }
 
-TEST(CampaignReport, SaysWhatEachCriterionCosts) {
+TEST(CampaignReport, ReportsCasesLostPerCriterion) {
   std::uint64_t soft = 0, only_soft = 0;
   for (const CaseRow& row : sample().rows) {
     if (row.status != CaseStatus::ok) continue;
@@ -166,7 +166,7 @@ TEST(CampaignReport, ShowsSuccessByInput) {
   EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are captured";
 }
 
-TEST(CampaignReport, KnowsWhatMatters) {
+TEST(CampaignReport, RanksInfluentialInputs) {
   const Json& sensitivity = sample().json["sensitivity"];
   EXPECT_EQ(sensitivity["inputs"], Json::parse(R"(["mass", "spin/x"])"));
   const Json& measures = sensitivity["measures"];
@@ -323,7 +323,7 @@ TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
   EXPECT_TRUE(a.json["warnings"].empty()) << a.json["warnings"];
 }
 
-TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
+TEST(CampaignReport, WarnsAboutLimitsOfSuccess) {
   const auto warnings = [](const Analyzed& a) {
     std::string all;
     for (const std::string& one : a.report.warnings) all += one + "\n";
@@ -355,7 +355,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
 }
 
 // Without a capture there is no impulse to check: the miss is decisive.
-TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
+TEST(CampaignReport, UncheckedCriteriaDoNotHideFailedOnes) {
   Grasping grasping;
   std::uint64_t missed = 0, hard = 0;
   for (const CaseRow& row : grasping.rows) {
@@ -490,7 +490,7 @@ TEST(CampaignReport, RefusesAnotherCampaignsTable) {
   EXPECT_THROW(analyze_campaign(other, table, "1"), std::runtime_error);
 }
 
-TEST(CampaignSummary, SaysWhatAPersonLooksForFirst) {
+TEST(CampaignSummary, ShowsTheMainNumbersFirst) {
   const std::string text = campaign_summary(sample().campaign, sample().report);
   for (const char* part :
        {"fake: 6000 cases, 5934 ok, 60 failed, 6 unreachable\n", "(95 % interval", "soft ", "b/x and abs(spin/x) < 2 ",

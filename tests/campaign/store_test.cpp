@@ -52,7 +52,7 @@ TEST(Shard, KeepsRowsBitForBit) {
   EXPECT_EQ(shard_bytes(campaign, fake_rows(0, 20), "fma"), shard_bytes(campaign, fake_rows(0, 20), "fma"));
 }
 
-TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
+TEST(Shard, DamagedOrTruncatedFilesCountAsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -73,7 +73,7 @@ TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
   EXPECT_FALSE(read_shard(folder.path(), campaign, kFirst, "fma"));
 }
 
-TEST(Shard, WhatIsOfAnotherCampaignOrOfOtherCasesIsAbsent) {
+TEST(Shard, FilesOfOtherCampaignsOrCasesCountAsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -119,7 +119,7 @@ TEST(Manifest, IsReadAsItWasWritten) {
   EXPECT_EQ(read_manifest(folder.path())->campaign.text, campaign.text);
 }
 
-TEST(Manifest, SaysHowCampaignsDiffer) {
+TEST(Manifest, ReportsDifferencesOfCampaigns) {
   const Campaign campaign = fake_campaign(1000);
   const Manifest manifest = new_manifest(campaign, "1.2");
   Campaign other = campaign;
@@ -211,7 +211,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
   EXPECT_EQ(fault(spaced), "");
 }
 
-TEST(Store, GoesOnWhereADamagedManifestWasMovedAway) {
+TEST(Store, ContinuesAfterADamagedManifestWasMoved) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   {
@@ -236,7 +236,7 @@ TEST(Manifest, ShardsAreFewButEnoughForManyProcessors) {
   EXPECT_EQ(block_size_for(10'000'000), 500u);
 }
 
-TEST(Store, KnowsWhatIsMissing) {
+TEST(Store, ListsMissingBlocks) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   {
@@ -280,7 +280,7 @@ TEST(Store, RewritesADamagedShard) {
   test::expect_fake_rows(folder.path(), campaign, kCases);
 }
 
-TEST(Store, RemovesLeftoversOfKilledWritersAndNothingElse) {
+TEST(Store, RemovesOnlyLeftoversOfKilledWriters) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -337,7 +337,7 @@ TEST(Store, AnExtensionOfADesignIsRefused) {
   EXPECT_THROW(ShardStore(folder.path(), campaign, options("", 5)), ForeignFolder);
 }
 
-TEST(Store, SaysWhereAFolderCannotBe) {
+TEST(Store, ReportsUnusableFolders) {
   const TemporaryFolder folder;
   write_bytes(folder.path() / "file", "");
   try {

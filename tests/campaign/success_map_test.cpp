@@ -113,7 +113,7 @@ TEST(SuccessMap, IsInTheReport) {
 }
 
 // What the map is coloured by is what the headline counts: the lower end of the interval.
-TEST(SuccessMap, SaysWhatDecidesAndHowMuchIsSafe) {
+TEST(SuccessMap, ReportsDecisiveCriteriaAndSafePoints) {
   Campaign campaign = test::fake_campaign(100);
   campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}}};
   const std::vector<std::string> names{"a", "b/x", "b/y", "mass", "spin/x"};

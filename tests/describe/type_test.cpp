@@ -77,7 +77,7 @@ TEST(Type, ReachesMembersByTheirKeys) {
   EXPECT_EQ(field_named(type_of<Envelope>(), "positions"), nullptr);
 }
 
-TEST(Type, ComputesWhatIsDerived) {
+TEST(Type, ComputesDerivedFields) {
   Envelope envelope;
   const Field& width = field_of(type_of<Envelope>(), "width");
   EXPECT_EQ(number_in(width, &envelope), 1);

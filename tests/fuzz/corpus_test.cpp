@@ -43,7 +43,7 @@ std::ptrdiff_t count(const std::vector<fs::path>& files, Outcome outcome) {
   });
 }
 
-TEST(FuzzCorpus, KeptInputsEndInFaultsOrASystem) {
+TEST(FuzzCorpus, StoredInputsGiveErrorsOrASystem) {
   const auto files = files_below("tests/fuzz/corpus");
   ASSERT_FALSE(files.empty());
   EXPECT_GE(count(files, Outcome::built), 3);

@@ -271,7 +271,7 @@ TEST(MjcfFaults, DeepAndLongFilesAreRefused) {
 
 // ---- What is passed over, and said ----
 
-TEST(MjcfDecisions, WhatHasNoInfluenceIsSaidOncePerKind) {
+TEST(MjcfDecisions, IgnoredElementsAreReportedOncePerKind) {
   const ReadMjcf robot = read({.root = "<option timestep='0.002'/><visual/>",
                                .joint = "name='elbow' margin='0.1'",
                                .arm = "<camera/><light/><light/><geom size='1' rgba='1 0 0 1' friction='1 0 0'/>"
@@ -296,7 +296,7 @@ TEST(MjcfDecisions, TextIsPassedOverAsByMujoco) {
   EXPECT_THAT(robot.decisions("text"), ElementsAre("6:2: text in <body> and 1 other element is ignored, as by MuJoCo"));
 }
 
-TEST(MjcfDecisions, WhatIsNotPartOfTheRobotIsNamed) {
+TEST(MjcfDecisions, OmittedBodiesAreNamed) {
   // What would be refused in the robot is no fault there.
   const ReadMjcf robot =
       read({.root = "<worldbody><geom type='plane' size='1 1 1'/><body name='chair'><joint type='ball'/>"

@@ -134,7 +134,7 @@ Vector3d grapnel_size(const MujocoFile::GeomData& geom) {
   }
 }
 
-TEST(MjcfShapes, StandWhereMujocoHasThem) {
+TEST(MjcfShapes, PosesMatchMujoco) {
   int compared = 0;
   for (const char* name : {"free_two_arms", "anchors", "geoms", "two_on_world"}) {
     SCOPED_TRACE(name);
@@ -163,7 +163,7 @@ TEST(MjcfShapes, StandWhereMujocoHasThem) {
   EXPECT_EQ(compared, 21);
 }
 
-TEST(MjcfShapes, MeshesStandWhereMujocoHasThem) {
+TEST(MjcfShapes, MeshPosesMatchMujoco) {
   const SourceModel source = read("gripper");
   const MujocoFile theirs(file_of("gripper"));
   const SourceLink& palm = source.links.at(1);

@@ -143,7 +143,7 @@ TEST(MjcfNames, AreMadeUpWhereThereAreNone) {
 
 // ---- <frame>, which MuJoCo has since 3.0 ----
 
-TEST(MjcfFrames, MoveWhatTheyHold) {
+TEST(MjcfFrames, MoveTheirContents) {
   const auto text = [](const std::string& body, const std::string& geom, const std::string& site) {
     return "<mujoco><compiler angle='radian'/><default><default class='heavy'><geom "
            "density='5000'/></default></default>"
@@ -177,7 +177,7 @@ TEST(MjcfFrames, MoveWhatTheyHold) {
 
 // ---- Files ----
 
-TEST(MjcfIncludes, BesideTheIncludingFileAreFoundToo) {
+TEST(MjcfIncludes, AreFoundInTheFolderOfTheIncludingFile) {
   const ModelFolder folder;
   folder.write("parts/arm.xml", "<m><include file='hand.xml'/></m>");
   folder.write("parts/hand.xml", "<m><site name='hand'/></m>");

@@ -104,7 +104,7 @@ TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
   EXPECT_THAT(imported.decisions, HasSubstr("end-effectors: tool0, the outermost frames"));
 }
 
-TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
+TEST(UrdfAssembly, WrittenFileReadsBackAsTheSameRobotWithDecisions) {
   const Imported imported = import_corpus("massless-root.urdf");
   ASSERT_TRUE(imported.robot);
   const std::string text = yaml_text(imported.robot->tree, imported.robot->comment);
@@ -198,7 +198,7 @@ TEST(UrdfAssembly, AnotherBaseIsTheSameMechanism) {
   }
 }
 
-TEST(UrdfAssembly, AJointTakenTheOtherWayRoundIsSaid) {
+TEST(UrdfAssembly, ReversedJointIsReported) {
   ImportOptions options;
   options.base = {"l2", {}};
   const Imported imported = import_corpus("chain.urdf", options);
@@ -355,7 +355,7 @@ TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
   EXPECT_GT(changed, 200);
 }
 
-TEST(UrdfAssembly, AModelInThePlaneKeepsItsMomentAndGetsTheOthers) {
+TEST(UrdfAssembly, PlanarModelKeepsItsMomentAndGetsTheOthers) {
   const Imported imported = import_corpus("planar.urdf");
   ASSERT_EQ(imported.faults, "");
   const RobotSetup robot = robot_of(imported);

@@ -33,7 +33,7 @@ std::string link(const std::string& name, double mass = 1) {
          "\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial></link>\n";
 }
 
-TEST(UrdfFaults, WhatIsNoUrdf) {
+TEST(UrdfFaults, FilesOtherThanUrdf) {
   EXPECT_THAT(faults(""), HasSubstr("this is no well-formed XML"));
   EXPECT_THAT(faults("<robot><link name='a'></robot>"), HasSubstr("this is no well-formed XML"));
   EXPECT_EQ(faults("\n <sdf/>"),
@@ -50,7 +50,7 @@ TEST(UrdfFaults, XacroIsRefusedWithAdvice) {
 }
 
 // A file that xacro has been through: what it left is named, and running it again would not help.
-TEST(UrdfFaults, MacrosThatXacroLeftAreNamed) {
+TEST(UrdfFaults, UnexpandedMacrosAreNamed) {
   EXPECT_EQ(
       faults(robot("<xacro:gripper parent='bus'/>")),
       "3:2: the macro <xacro:gripper> was left over when xacro expanded the file: define it there, or remove it\n");
@@ -106,7 +106,7 @@ TEST(UrdfFaults, Numbers) {
             "3:45: <sphere> has no 'radius'\n");
 }
 
-TEST(UrdfFaults, WhatCannotMove) {
+TEST(UrdfFaults, BodiesThatCannotMove) {
   const std::string massless = robot("<link name='a'/>" + joint("j", "revolute", "bus", "a"));
   EXPECT_EQ(faults(massless), "3:18: joint 'j' moves link 'a', which has no mass: give it one, or lock the joint\n");
   ImportOptions locked;

@@ -131,7 +131,7 @@ void expect_sound(const CaptureResult& result, const std::string& what) {
 }
 
 // The first end-effector goes from joint values within the limits to where others would take it with the base at rest.
-TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
+TEST(ReadyMadeRobots, PlanAndCaptureACubeSat) {
   int number = 0;
   for (const std::string& name : names(Kind::robots)) {
     if (test::kSanitized && number++ % 4 != 0) continue;
@@ -165,7 +165,7 @@ TEST(ReadyMadeRobots, PlanAndCatchACubeSat) {
   }
 }
 
-TEST(ReadyMadeTargets, AreCaughtAtEveryPoint) {
+TEST(ReadyMadeTargets, AreCapturedAtEveryPoint) {
   for (const std::string& name : names(Kind::targets)) {
     const TargetSetup target = load_ready_made_target(name);
     for (const GraspPoint& point : target.grasp_points) {
@@ -239,7 +239,7 @@ TEST(ByName, OverridesReachInside) {
   EXPECT_NEAR(load_scenario(path, other).targets[0].inertia.xx, 12 * (0.01 + 0.133956) / 12, 1e-6);
 }
 
-TEST(ByName, FaultsSayWhatIsThere) {
+TEST(ByName, ErrorsListAvailableNames) {
   EXPECT_THAT(faults_of(edited(kByName, {{"ready_made: rocket-stage", "ready_made: rocket"}})),
               ElementsAre("scenario.yaml:6:17: error: no ready-made target 'rocket'; did you mean 'rocket-stage'?"));
   EXPECT_THAT(

@@ -96,7 +96,7 @@ TEST_F(CampaignReport, SavedCasesAreNamedAndAmongTheRows) {
   EXPECT_EQ(std::count(cases.begin(), cases.end(), 17777.0), 1);
 }
 
-TEST_F(CampaignReport, ManyCasesAreThinnedTheSameWayEveryTime) {
+TEST_F(CampaignReport, ManyCasesAreThinnedReproducibly) {
   MadeCampaign made;
   made.rows = 200'000;
   test::write_campaign(made, folder.path());

@@ -44,7 +44,7 @@ std::vector<std::vector<double>> rows_of(const std::string& data) {
 
 bool has_gnuplot() { return run_gnuplot(fs::temp_directory_path(), "grapnel-no-such-script.gp").found; }
 
-TEST(GnuplotText, QuotesWhatCouldBeExecuted) {
+TEST(GnuplotText, QuotesExecutableText) {
   EXPECT_EQ(gnuplot_quoted("it's `id` \\n @x\n\"%d\""), "'it''s `id` \\n @x \"%d\"'");
   EXPECT_EQ(gnuplot_quoted("\xff\xc3\xa4\xe2\x82"), "'?\xc3\xa4?\?'");
   EXPECT_EQ(gnuplot_tic_label("50 %g"), "'50 %%g'");
@@ -73,7 +73,7 @@ TEST(GnuplotText, ApostrophesAtTheBeginningAreText) {
   }
 }
 
-TEST(Figure, ALinkInItsPlaceIsReplacedAndNothingHalfIsLeft) {
+TEST(Figure, ReplacesSymbolicLinksWithoutPartialFiles) {
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   const TemporaryFolder folder;
   test::put_bytes(folder / "precious", "x");
@@ -85,7 +85,7 @@ TEST(Figure, ALinkInItsPlaceIsReplacedAndNothingHalfIsLeft) {
   EXPECT_EQ(folder.files(), 4);  // image, data, script, and what was there
 }
 
-TEST(Figure, DataSayWhereTheyComeFromAndAreTheRecordedOnes) {
+TEST(Figure, DataFileHasOriginAndRecordedValues) {
   const RunSource run = sample_run(true);
   const Figure figure = series_figure(run, request_for("joints"));
   const std::string data = figure_data(figure);
@@ -178,7 +178,7 @@ TEST(Outline, HullIsConvexAndComplete) {
   EXPECT_EQ(hull, (std::vector<Point2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
 }
 
-TEST(Figure, GnuplotDrawsEveryKindAndAgainByHand) {
+TEST(Figure, GnuplotDrawsEveryKindAndTheScriptAlone) {
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
   TemporaryFolder folder;
   for (const char* what : {"joints", "velocities", "base"}) {
@@ -329,7 +329,7 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
 }
 
 // Capture times: evaluated values, gaps for unknown values, and no such figure for other runs.
-TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
+TEST(WindowFigure, HasEveryTimeAndItsLimits) {
   RunSource run = sample_run(false);
   EXPECT_FALSE(has_window(run));
   EXPECT_THROW(window_figure(run, request_for("window")), std::runtime_error);

@@ -42,7 +42,7 @@ struct ReportDataOf : testing::Test {
   }
 };
 
-TEST(Base64, IsThatOfTheStandard) {
+TEST(Base64, MatchesTheStandard) {
   const auto text = [](std::string_view s) {
     const std::vector<std::uint8_t> bytes(s.begin(), s.end());
     return base64_of(std::span(bytes));

@@ -79,7 +79,7 @@ TEST(ReportHtml, WritingWithoutAViewerIsAnError) {
   EXPECT_THROW(write_report({"", "{}"}, "/nowhere/report.html"), std::runtime_error);
 }
 
-TEST(ReportHtml, TheEmbeddedViewerIsWhole) {
+TEST(ReportHtml, EmbeddedViewerIsComplete) {
   if (embedded_viewer().empty()) GTEST_SKIP() << "built without Node.js";
   const Viewer viewer = embedded_viewer();
   EXPECT_GT(viewer.script.size(), 100'000u);

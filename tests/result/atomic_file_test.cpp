@@ -59,7 +59,7 @@ TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
   EXPECT_EQ(folder.files(), 1);
 }
 
-TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
+TEST(AtomicFile, RemovesOnlyLeftoversOfKilledProcesses) {
   const TemporaryFolder folder;
   const std::string gone = ".summary.json.tmp-" + std::to_string(1 << 30) + "-0";  // no process has this number
   const std::string mine = ".summary.json.tmp-" + std::to_string(::getpid()) + "-0";

@@ -45,7 +45,7 @@ TEST(LoadTable, TheWorstMarginOverAllPhasesLeads) {
   EXPECT_EQ(worst_margin(result)->phase, "post_impact");
 }
 
-TEST(LoadTable, SaysWhatRestsOnAnAssumedDuration) {
+TEST(LoadTable, MarksMarginsWithAssumedDuration) {
   CaptureResult result = sample();
   result.peak_loads[3].rating = 20;
   EXPECT_NEAR(assumed_duration(result, result.peak_loads[3]), 1e-3, 1e-15);
@@ -60,7 +60,7 @@ TEST(LoadTable, SaysWhatRestsOnAnAssumedDuration) {
   EXPECT_THAT(worst_margin_line(result), HasSubstr("every margin depends on that assumption"));
 }
 
-TEST(LoadTable, ImpactsMarginsSayItToo) {
+TEST(LoadTable, MarksAssumedDurationsOfImpactMargins) {
   CaptureResult result = sample();
   result.impact.emplace();
   result.impact->duration = 1e-3;

@@ -24,7 +24,7 @@ std::size_t widest(const std::string& text) {
   return width;
 }
 
-TEST(ResultTable, ShowsWhatAUserAsksFirst) {
+TEST(ResultTable, ShowsTheVerdictsFirst) {
   CaptureResult result = test::sample_result();
   GraspImpulse& left = result.impact->grasps[0];
   left.impulse_magnitude = 12.345678;
@@ -55,7 +55,7 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
 }
 
 // captured: yes, no or assumed, with the gap; feasible: yes, no or not checked, with the reason.
-TEST(ResultTable, SaysNoMoreThanWasChecked) {
+TEST(ResultTable, ReportsOnlyEvaluatedChecks) {
   CaptureResult result = test::sample_result();
   result.grasps[1].captured = true;
   result.grasps[0].distance = 0.004, result.grasps[1].distance = 0.0066;
@@ -156,7 +156,7 @@ TEST(ResultTable, StaysWithinItsColumns) {
   EXPECT_THAT(text, HasSubstr("nan"));
 }
 
-TEST(ResultTable, SaysOnlyWhatHappened) {
+TEST(ResultTable, OmitsAbsentPhases) {
   CaptureResult result;
   result.scenario_name = "nothing";
   EXPECT_EQ(result_table(result), "nothing: not run\nledger: empty\n");

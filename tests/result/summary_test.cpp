@@ -102,7 +102,7 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               {"end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude"}, "impact.brake.grasps[]");
 }
 
-TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
+TEST(Summary, HasPartsOfLawsMeasuresAndRatings) {
   const json impact = parsed(test::sample_result_with_laws())["impact"];
   expect_keys(impact["grasps"][0]["rebound"],
               {"normal", "normal_impulse", "tangential_impulse", "compression", "normal_work", "friction_work", "modes",

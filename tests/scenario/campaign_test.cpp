@@ -55,7 +55,7 @@ void expect_read_back(const std::string& text, std::uint64_t cases = 5) {
   }
 }
 
-TEST(Campaign, DrawsWhatTheFileSays) {
+TEST(Campaign, DrawsTheDistributionsOfTheFile) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, head() +
@@ -172,7 +172,7 @@ TEST(Campaign, AFrozenPlanFliesTheSame) {
 }
 
 // One that goes straight in becomes pieces.
-TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
+TEST(Campaign, FrozenStraightInApproachGivesTheSameMotion) {
   SKIP_UNDER_SANITIZERS();
   for (const std::string profile : {"quartic", "quintic", "cycloidal"}) {
     const double difference = difference_of_plans(
@@ -183,7 +183,7 @@ TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
   }
 }
 
-TEST(Campaign, AWayStraightInIsPlannedOnce) {
+TEST(Campaign, StraightInApproachIsPlannedOnce) {
   const std::string text = head("scenarios/heavy-satellite-detumble.yaml") +
                            "simulate: impact\nuncertain:\n"
                            "  - {path: targets.satellite.mass, as: factor, normal: {deviation: 0.1}}\n"
@@ -209,7 +209,7 @@ TEST(Campaign, AWayStraightInIsPlannedOnce) {
   }
 }
 
-TEST(Campaign, SetsWhatTheReaderReads) {
+TEST(Campaign, SettersMatchTheReader) {
   const std::string tracking =
       "set: {approach.tracking: {mode: pd, kp: 49, kd: 14, noise: {position: 1e-3, seed: 0}}}\n";
   const std::string all =
@@ -347,7 +347,7 @@ TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
   }
 }
 
-TEST(Campaign, KeepsWhatSuccessReads) {
+TEST(Campaign, StoresColumnsReadBySuccess) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
       folder,
@@ -374,7 +374,7 @@ TEST(Campaign, KeepsWhatSuccessReads) {
 }
 
 // A case whose values no scenario may have is refused with the reader's words, by whichever way.
-TEST(Campaign, AFaultyCaseSaysWhy) {
+TEST(Campaign, FailedCaseHasAReason) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, head() +
@@ -398,7 +398,7 @@ TEST(Campaign, AFaultyCaseSaysWhy) {
 }
 
 // One number for a list is for every item of it; that is more than a setter of the list knows.
-TEST(Campaign, ChoicesOfNumbersMayStandForLists) {
+TEST(Campaign, ChoicesOfNumbersMayReplaceLists) {
   const std::string gains = head() + "set: {approach.tracking: {mode: pd, kp: [49, 49, 49, 49, 49, 49], kd: 14}}\n";
   const test::TemporaryFolder folder;
   const Campaign campaign =
@@ -418,7 +418,7 @@ TEST(Campaign, ChoicesThatAreNoFiniteNumbersAreRefused) {
   }
 }
 
-TEST(Campaign, APlanKeepsTheNamesOfJoints) {
+TEST(Campaign, PlanKeepsJointNames) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
       folder, head("scenarios/thesis/open-loop-case-1.yaml") +

@@ -91,7 +91,7 @@ TEST(FileFaults, AnchorsAndTagsAreFine) {
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"name: test", "name: !!str 12"}})), IsEmpty());
 }
 
-TEST(FileFaults, FaultBehindAnAliasIsToldOnce) {
+TEST(FileFaults, ErrorInAnAliasIsReportedOnce) {
   EXPECT_THAT(
       faults_of(edited(kSmallScenario, {{"position: [2, 0, 0]", "position: &p [2, 0]"},
                                         {"grip, position: [0, 0.5, 0]", "grip, position: *p"}})),

@@ -169,7 +169,7 @@ std::vector<std::string> faults_with_secret(const std::string& bytes, const Edit
   return faults_of_file(folder.write("scenario.yaml", edited(kSmallScenario, {named})));
 }
 
-TEST(NamedFiles, ShowNothingOfWhatTheyHold) {
+TEST(NamedFiles, DoNotRevealTheirContents) {
   for (const std::string& content :
        {std::string("root:$6$salt$hash:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n"),
         std::string("password = hunter2, hash\n"), std::string("hash: hunter2\nsalt: [1, 2]\n"),

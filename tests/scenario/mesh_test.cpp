@@ -127,7 +127,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(text.find(what), what.size(), with);
 }
 
-TEST(ReadMesh, AllFormatsSayTheSame) {
+TEST(ReadMesh, AllFormatsGiveTheSameMesh) {
   expect_corner(mesh_in(kTextStl, "a.stl"));
   expect_corner(mesh_in(kObj, "a.OBJ"));
   expect_corner(mesh_in(binary_stl(kCorner), "a.Stl"));
@@ -142,7 +142,7 @@ TEST(ReadMesh, AllFormatsSayTheSame) {
   expect_corner(mesh_in(std::string(kTextStl) + "solid empty\nendsolid\n", "a.stl"));
 }
 
-TEST(ReadMesh, FansPolygonsAndDropsWhatHasNoArea) {
+TEST(ReadMesh, FansPolygonsAndDropsDegenerateTriangles) {
   const auto mesh =
       mesh_in("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nv 0 0 -0\nf 4 3 2 1\nf 1 2 5\nf 1 1 2\nf 1 2 7\n",
               "a.obj");
@@ -151,7 +151,7 @@ TEST(ReadMesh, FansPolygonsAndDropsWhatHasNoArea) {
   EXPECT_EQ(mesh->hull.half[2], 0.5);
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithAnStlText) {
+TEST(ReadMesh, ReportsErrorsOfAnStlText) {
   const auto fault = [](const std::string& what, const std::string& with) {
     return fault_in(replaced(kTextStl, what, with), "a.stl");
   };
@@ -171,7 +171,7 @@ TEST(ReadMesh, SaysWhatIsWrongWithAnStlText) {
   EXPECT_EQ(fault_in("solid a\nendsolid a\nfacet", "a.stl"), "a.stl:3:1: error: expected 'solid', not 'facet'");
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithABinaryStl) {
+TEST(ReadMesh, ReportsErrorsOfABinaryStl) {
   const std::string whole = binary_stl(kCorner);
   EXPECT_EQ(
       fault_in(whole.substr(0, whole.size() - 1), "a.stl"),
@@ -292,7 +292,7 @@ TEST(ReadMesh, TakesColladaInMetresWithZUpwards) {
   EXPECT_LT(norm(plain.first - Vector3d{5, 0, -2}) + norm(plain.second - Vector3d{6, 6, 0}), 1e-14);
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
+TEST(ReadMesh, ReportsErrorsOfACollada) {
   const auto fault = [](const std::string& what, const std::string& with) {
     return fault_in(replaced(collada(collada_geometry(kColladaTriangles) + kColladaScene), what, with), "a.dae");
   };
@@ -324,7 +324,7 @@ TEST(ReadMesh, SaysWhatIsWrongWithACollada) {
               HasSubstr("nodes"));
 }
 
-TEST(ReadMesh, SaysWhatIsWrongWithAnObj) {
+TEST(ReadMesh, ReportsErrorsOfAnObj) {
   const std::string places = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const auto fault = [&](const std::string& line) { return fault_in(places + line, "a.obj"); };
   EXPECT_EQ(fault("v 1 2\n"), "a.obj:4:1: error: a vertex must have 3 coordinates");

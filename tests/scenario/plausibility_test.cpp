@@ -22,7 +22,7 @@ Edit with_shape(const std::string& shape) {
   return {"    grasp_points", "    geometry: " + shape + "\n    grasp_points"};
 }
 
-TEST(Warnings, NoneOfWhatIsShipped) {
+TEST(Warnings, NoneForShippedFiles) {
   SKIP_UNDER_SANITIZERS();
   for (const auto& path : shipped_scenarios()) {
     SCOPED_TRACE(path);
@@ -281,7 +281,7 @@ const Edit kSecondGrasp{"  - {end_effector: tip, target: ball, point: grip}",
                         "  - {end_effector: tip, target: ball, point: grip}\n"
                         "  - {end_effector: hand, target: ball, point: grip}"};
 
-TEST(Warnings, TwoHandsAtOnePlace) {
+TEST(Warnings, TwoEndEffectorsAtOneGraspPoint) {
   EXPECT_THAT(
       warnings_with({kSecondHand, kSecondGrasp}),
       ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grasp the same place of "

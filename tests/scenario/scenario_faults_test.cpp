@@ -322,7 +322,7 @@ TEST(ScenarioFaults, AllAreFoundAtOnce) {
                 "scenario.yaml:31:13: error: approach.duration is 0, must be greater than 0 [s]"}));
 }
 
-TEST(ScenarioFaults, WhatIsTheSumOfTheTexts) {
+TEST(ScenarioFaults, WhatJoinsTheMessages) {
   const TemporaryFolder folder;
   const auto path =
       folder.write("s.yaml", edited(kSmallScenario, {{"duration: 20", "duration: 0"}, {"mass: 10\n", "mass: 0\n"}}));

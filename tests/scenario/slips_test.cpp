@@ -78,7 +78,7 @@ TEST(SyntaxSlips, Indentation) {
                              "line ends)")));
 }
 
-TEST(NumberSlips, SayWhatToWrite) {
+TEST(NumberSlips, SuggestCorrections) {
   const std::pair<const char*, const char*> cases[] = {
       {"10,5", "; use a decimal point, write 10.5"},
       {"1,000", "; write 1.000 or 1000"},

@@ -67,7 +67,7 @@ TEST(LoadColumns, ZeroIsANumber) {
   }
 }
 
-TEST(LoadColumns, MarginsOfWhatBearsNothingAreWhole) {
+TEST(LoadColumns, MarginsWithoutLoadAreOne) {
   const StudyCase point = touching("0.1");
   CaptureResult nothing;
   nothing.status = CaptureStatus::completed;

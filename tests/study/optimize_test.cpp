@@ -65,7 +65,7 @@ Optimization of_function(std::size_t dimensions, std::function<double(std::span<
   return optimization;
 }
 
-TEST(Optimize, FindsTheLeastOfAKnownFunction) {
+TEST(Optimize, FindsTheMinimumOfAKnownFunction) {
   const auto bowl = [](std::span<const double> x) {
     return (x[0] - 0.3) * (x[0] - 0.3) + 2 * (x[1] + 0.4) * (x[1] + 0.4) + 0.5 * x[0] * x[1] + 3;
   };
@@ -140,7 +140,7 @@ TEST(Optimize, TheSameBitsForAnyNumberOfThreads) {
 }
 
 // An impact without motion has no feasibility checks: the verdict is unknown, and the text omits it.
-TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
+TEST(Optimize, ReportsUncheckedFeasibility) {
   const Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 6, refine: 1}\n"));
   const OptimizationOutcome outcome = run(optimization);
@@ -153,7 +153,7 @@ TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
   EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
 }
 
-TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
+TEST(Optimize, WithoutAcceptablePointNamesTheNearestLimit) {
   const Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 10, refine: 1}\n"
                         "limits:\n  - {column: kinetic_energy_before, at_least: 0}\n"

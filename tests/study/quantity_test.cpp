@@ -172,7 +172,7 @@ TEST(Quantity, TheOrderInWhichAStudyNamesThemDoesNotMatter) {
   EXPECT_EQ(a.targets[0].grasp_points.size(), 4u);
 }
 
-TEST(Quantity, WhatHasNoMeaningIsRefusedWithTheReason) {
+TEST(Quantity, MeaninglessQuantitiesAreRejectedWithAReason) {
   const CaptureProblem given = load_scenario(test::shipped("scenarios/seven-joint-dual-capture.yaml"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("needs approach.plan"));
   EXPECT_THAT(refusal(given, {set(QuantityKind::mass_ratio, 0)}), HasSubstr("greater than 0"));

@@ -80,7 +80,7 @@ TEST(ReadStudy, EveryFaultOfTheValuesAtOnce) {
   has("duplicate label 'a' in axes[4]");
 }
 
-TEST(ReadStudy, FaultsInTheScenarioAreSaidWhereTheStudyCausesThem) {
+TEST(ReadStudy, ScenarioErrorsAreReportedAtTheirCauseInTheStudy) {
   const auto faults = faults_of(
       "name: bad\n"
       "scenario: " +

@@ -67,7 +67,7 @@ TEST(RunStudy, TheSameBitsForAnyNumberOfThreads) {
   EXPECT_THAT(csv, HasSubstr("\n2,\"one, two\",180,0,unreachable,"));
 }
 
-TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
+TEST(RunStudy, FailedPointHasAReasonAndTheOthersContinue) {
   const test::Folder folder;
   const Campaign study = load_study(folder.write("study.yaml", mixed_study()));
   const std::vector<CaseRow> rows = run_sweep(study, {});

@@ -96,7 +96,7 @@ TEST(Units, AnglesAreRoundedOnce) {
   EXPECT_EQ(take("1 N m/deg", "N m/rad").value, 180 / std::numbers::pi);
 }
 
-TEST(Units, OfSeveralSayWhichOne) {
+TEST(Units, ReturnTheIndexAmongSeveral) {
   EXPECT_EQ(take("90 deg", "rad or m").unit, 1);
   EXPECT_EQ(take("5 mm", "rad or m").unit, 2);
   EXPECT_EQ(take("3 1/s^2", "N m/rad or N/m; for computed_torque 1/s^2").unit, 3);
@@ -107,7 +107,7 @@ TEST(Units, OfSeveralSayWhichOne) {
   EXPECT_THAT(units_of_place("s, N, N m"), ElementsAre("s", "N", "N m"));
 }
 
-TEST(Units, SayWhatIsWrong) {
+TEST(Units, ReportErrors) {
   const std::tuple<const char*, const char*, const char*> cases[] = {
       {"30 mm", "rad", "it is '30 mm', a length; expected an angle [rad, deg, mrad]"},
       {"30 deg", "m", "it is '30 deg', an angle; expected a length [m, mm, cm, km]"},
