@@ -1,7 +1,6 @@
 # What `cmake --install` puts where. Components, which are also the Debian packages (GrapnelPackages.cmake): program
-# (the program, what
-# it reads, its manual page), development (libraries, headers, find_package), mpi (grapnel-mpi) and, where it is built,
-# python.
+# (the program, what it reads, its manual page), development (libraries, headers, find_package), mpi (grapnel-mpi) and,
+# where it is built, python.
 #
 #   bin/grapnel                         lib/libgrapnel_<module>.a        lib/cmake/Grapnel/
 #   include/grapnel/<module>/           share/grapnel/{scenarios,robots,studies,...,schemas,docs,examples}
@@ -18,8 +17,7 @@ endif()
 # grapnel_find_package(<arguments of find_package, without REQUIRED>)
 #
 # Finds a package that the libraries need, and has those who find Grapnel installed find it too: static libraries carry
-# none
-# of what they call. A macro, since packages set variables.
+# none of what they call. A macro, since packages set variables.
 macro(grapnel_find_package)
   find_package(${ARGV} REQUIRED)
   string(REPLACE ";" " " grapnel_found "${ARGV}")

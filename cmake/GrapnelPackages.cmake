@@ -1,7 +1,6 @@
 # Debian packages of what GrapnelInstall.cmake installs, one per component; scripts/packages builds and tries them.
 # Depends of programs are what dpkg-shlibdeps finds; those of the library, which is static, are its headers' and its
-# own: the
-# packages that scripts/setup names under `build`, except tools.
+# own: the packages that scripts/setup names under `build`, except tools.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME grapnel)
 set(CPACK_PACKAGE_VENDOR Grapnel)

@@ -50,6 +50,7 @@ class Criterion {
   /// one argument of min or max, are expanded together over the same parts: "grasps/*/mean_force <
   /// grasps/*/peak_force".
   ///
+  ///
   /// A number as a condition is true unless it is 0; a condition as a number is 1 or 0. NaN, a comparison with NaN, and
   /// their negations are neither true nor false; a criterion holds only if it is true. min and max of a NaN are NaN.
   /// @throws CriterionError

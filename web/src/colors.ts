@@ -1,7 +1,6 @@
 // All colours that mean something, in one place: an arm, a target, an axis has one colour in the replay, in plots and
-// in
-// legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages and
-// lighter on
+// in legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages
+// and lighter on
 // dark ones), and keep a contrast of 3 to the page.
 
 export type Scheme = "light" | "dark";

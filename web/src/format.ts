@@ -20,8 +20,7 @@ export function withUnit(value: number | null | undefined, unit: string, digits 
 }
 
 // A command that names files as seen from the page's folder, so that it works wherever it is pasted: the page knows
-// where it is
-// once it is open.
+// where it is once it is open.
 export function pasted(command: string): string {
   if (!command || typeof location === "undefined" || location.protocol !== "file:") return command;
   const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "") || "/";

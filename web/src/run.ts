@@ -66,8 +66,7 @@ export class Run {
   }
 
   // Per sample: which of the different states of its time it shows, counted from 0. At an impact that is 0 just before
-  // and
-  // 1 just after, though phases that meet there have a sample each of either.
+  // and 1 just after, though phases that meet there have a sample each of either.
   get ranks(): Uint16Array {
     return (this.ranked ??= stateRanks(this.time, (i, k) => this.alike(i, k)));
   }
@@ -99,8 +98,7 @@ export class Run {
   }
 
   // Where an instant lies: between sample `index` and the next, `fraction` of the way. Of several samples of that time
-  // it is
-  // the last, or with `back` so many before it.
+  // it is the last, or with `back` so many before it.
   locate(time: number, back = 0): Instant {
     const n = this.time.length;
     if (n === 0) return { index: 0, fraction: 0 };

@@ -1,6 +1,6 @@
 // The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order
-// of what is
-// shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its policy forbids.
+// of what is shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its
+// policy forbids.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";

@@ -1,6 +1,5 @@
 // A campaign's statistics as its page needs them, from campaign.json (docs/formats/campaign.md). Whatever is missing
-// there
-// is null or empty here. No DOM.
+// there is null or empty here. No DOM.
 
 export interface Proportion {
   successes: number;

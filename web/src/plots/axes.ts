@@ -70,8 +70,7 @@ export function padded(low: number, high: number): Range {
 }
 
 // The range of the data with the limits that lie near it: what is far away would press the lines flat, and is named at
-// the edge
-// instead.
+// the edge instead.
 export function withLimits(low: number, high: number, limits: readonly number[]): { low: number; high: number } {
   if (!(high >= low)) return limits.length > 0 ? { low: Math.min(...limits), high: Math.max(...limits) } : { low, high };
   const room = 1.5 * Math.max(high - low, 0.25 * Math.max(Math.abs(low), Math.abs(high)));
@@ -111,8 +110,7 @@ export function logValues(values: Float64Array, floor: number): Float64Array {
 }
 
 // The decade below the smallest positive value, but not below what rounding of numbers near 1 leaves (10^-18), unless
-// all
-// values lie there.
+// all values lie there.
 export function logFloor(lines: Float64Array[]): number {
   let least = Infinity;
   let most = 0;

@@ -1,6 +1,5 @@
 // The ways to look: inertial, following base or a target, from above without perspective. Following moves the world,
-// not the camera, so that
-// every view keeps its own orbit.
+// not the camera, so that every view keeps its own orbit.
 import { Box3, type Group, Matrix4, MOUSE, OrthographicCamera, PerspectiveCamera, Quaternion, TOUCH, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { BodyView } from "./bodies";

@@ -1,6 +1,5 @@
 // What everything in the replay is painted with. A role ("base", "arm 1", "ghost") has one colour per theme; materials
-// are made once per
-// role and recoloured when the theme changes.
+// are made once per role and recoloured when the theme changes.
 import { Color, LineBasicMaterial, type Material, MeshBasicMaterial, MeshStandardMaterial, ShaderMaterial, Vector2 } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { roleColor, type Scheme } from "../colors";
