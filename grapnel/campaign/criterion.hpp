@@ -41,15 +41,16 @@ class Criterion {
   /// Operators, from loosest to tightest: or; and; not; < <= > >= == != (not chained); + -; * /; unary + -. Operands:
   /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units, or an
   /// explicit unit, "0.2 N s", which converts them to SI; the other operand of a comparison or sum must then have the
-  /// same dimension. Names need no quotes: at the position of an operand, the longest known name is used that ends at
-  /// the next other character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b.
-  /// Names with characters other than letters, digits, _ . - / need backquotes.
+  /// same dimension.
+  ///
+  /// Names need no quotes: at the position of an operand, the longest known name is used that ends at the next other
+  /// character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b. Names with
+  /// characters other than letters, digits, _ . - / need backquotes.
   ///
   /// `*` as a whole part of a name, between slashes, means all names that match. A comparison, or a name as a
   /// condition, must then hold for every one; min and max use all of them. Several such names in one comparison, or in
   /// one argument of min or max, are expanded together over the same parts: "grasps/*/mean_force <
   /// grasps/*/peak_force".
-  ///
   ///
   /// A number as a condition is true unless it is 0; a condition as a number is 1 or 0. NaN, a comparison with NaN, and
   /// their negations are neither true nor false; a criterion holds only if it is true. min and max of a NaN are NaN.
