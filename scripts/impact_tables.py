@@ -18,7 +18,7 @@ def per_cent(x):
 
 
 def outputs(row):
-    """What is compared by itself, since units differ: impulses of both grasps [N s], angular impulses [N m s]."""
+    """Quantities that are compared separately because of their units: impulses of both grasps [N s], angular impulses [N m s]."""
     return ([x for g in GRIPS for x in impulse(row, g)], [x for g in GRIPS for x in angular_impulse(row, g)])
 
 
@@ -28,7 +28,7 @@ def fixed_rows(rows):
 
 
 def exact(fixed):
-    """What must hold at a fixed configuration, as far as rounding lets it."""
+    """Relations that hold at a fixed configuration, to within rounding error."""
     rows = []
     grid, scaled = sweep("thesis-affine"), sweep("thesis-scaled")
     for loop in ("open", "closed"):
@@ -63,7 +63,7 @@ SPEEDS = (0.0, 0.1, 0.2)
 
 
 def curve_cells(points, grasp, with_vector):
-    """|P| at three speeds, how far |P| is from a straight line, and how far the vector P is."""
+    """|P| at three speeds, and the deviations of |P| and of the vector P from a straight line."""
     speeds = [r[SPEED] for r in points]
     cells = [number(magnitude(next(r for r in points if abs(r[SPEED] - v) < 1e-9), grasp), 3) for v in SPEEDS]
     cells.append(per_cent(bend(speeds, [[magnitude(r, grasp)] for r in points])))
@@ -104,13 +104,13 @@ def closed_fixed():
                   "nonlinearity of P"), lines)
 
 
-# Of each case, whose target a grasp holds that spins.
+# For each case: whether a grasp holds a spinning target.
 SPINNING = {"open": (("case 1", "tip-1"), ("case 1", "tip-2"), ("case 3", "tip-1"), ("case 3", "tip-2"), ("case 4", "tip-2")),
             "closed": tuple((c, g) for c in ("case 1", "case 3", "case 4") for g in GRIPS)}
 
 
 def rotating(tables):
-    """How often a spinning target costs more than one at rest, at the same angle and relative speed."""
+    """Number of points at which a spinning target needs a larger impulse than one at rest, at the same angle and relative speed."""
     lines = []
     for loop, rows in tables.items():
         for angle in angles_of(rows):
@@ -142,7 +142,7 @@ def elbow():
 
 
 def against_angle():
-    """What the fine grids of the angle say. Slow: unreachable angles cost most."""
+    """Results of the fine grids of the angle. Slow: unreachable angles take the most time."""
     lines = []
     for loop in ("open", "closed"):
         rows = sweep(f"thesis-{loop}-loop-angle")
@@ -171,7 +171,7 @@ def rotate(q, v):
 
 
 def light_target_limit(impact, coms):
-    """|P| over the target's mass as that goes to zero [m/s]: it takes over the end-effector's motion, by each grasp."""
+    """Limit of |P| over the target's mass for zero mass [m/s]: the target adopts the end-effector's motion, per grasp."""
     limits = []
     for grasp, target, com in zip(impact["grasps"], impact["targets_before"], coms):
         v, w = grasp["relative_velocity_before"], grasp["relative_angular_velocity_before"]
@@ -211,5 +211,5 @@ def blocks():
 
 
 def long_blocks():
-    """Those that take longer, or depend on how rounding falls near a singular configuration."""
+    """Blocks that take longer, or depend on rounding errors near a singular configuration."""
     return {"impulse-angle": against_angle(), "impulse-elbow": elbow()}

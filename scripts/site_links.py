@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks every link and picture of a site on disk: the file must be there, and the place within it too. Standard library only.
+"""Checks every link and picture of a site on disk: the file must exist, with the target within it. Standard library only.
 
 usage: scripts/site_links.py FOLDER     (scripts/docs calls it)
 

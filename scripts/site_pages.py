@@ -20,12 +20,12 @@ import sys
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 MAIN = "docs/README.md"
-# The folders of the page of pictures, in its order, with their headings.
+# Order of the folders in the gallery, and their descriptions.
 GALLERY = [("scenarios", "Captures in three dimensions and first steps"), ("scenarios/thesis", "The thesis's cases")]
 
 
 def pages_of_repository():
-    """Where every page of the repository is on the site."""
+    """Locations on the site of all pages of the repository."""
     pages = {"README.md": "readme.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", MAIN: "index.md"}
     for page in sorted((ROOT / "docs").rglob("*.md")):
         name = page.relative_to(ROOT).as_posix()
@@ -83,9 +83,7 @@ class Site:
             relative = os.path.relpath(place, here.as_posix() or ".")
             return f"{before}{relative}{'#' + anchor if anchor else ''})"
 
-        parts = re.split(r"(`[^`]*`)", line)  # code within a line is left alone
-        if len(parts) > 1 and re.search(r"\[[^\]]*`[^`]*`[^\]]*\]\(", line):
-            return re.sub(r"(\]\()([^) ]+)\)", lead, line)  # ... but for that in the text of a link
+        parts = re.split(r"(`[^`]*`)", line)  # ... except in the text of a link
         return "".join(part if part.startswith("`") else re.sub(r"(\]\()([^) ]+)\)", lead, part) for part in parts)
 
     def take_pages(self, made):
@@ -132,7 +130,7 @@ def run(program, *words, **options):
 
 
 def first_words(text):
-    """What a scenario says of itself: the first paragraph of the comment that it begins with."""
+    """Description of a scenario: the first paragraph of its leading comment."""
     words = []
     for line in text.split("\n"):
         if line.startswith("# yaml-language-server:"):
@@ -144,7 +142,7 @@ def first_words(text):
 
 
 def draw(program, scenario, kept):
-    """Runs a scenario and draws it into the folder `kept`. Its entry in the gallery, or what went wrong."""
+    """Runs a scenario and draws it into the folder `kept`. Returns its entry in the gallery, or the error."""
     name = scenario.relative_to(ROOT / "scenarios").with_suffix("").as_posix()
     picture, entry, folder = (kept / f"{name.replace('/', '-')}{ending}" for ending in (".svg", ".md", ""))
     if entry.exists():
@@ -170,7 +168,7 @@ def draw(program, scenario, kept):
 
 
 def gallery(program, out):
-    """The page, and what could not be drawn. Runs are kept for as long as program and inputs are the same."""
+    """The page, and the scenarios that could not be drawn. Runs are cached while program and inputs are unchanged."""
     state = hashlib.sha256(program.read_bytes() )
     for folder in ("scenarios", "robots", "targets", "meshes"):
         for file in sorted((ROOT / folder).rglob("*.*")):
@@ -200,7 +198,7 @@ def gallery(program, out):
 
 
 def cpp_reference():
-    """A page for every module with headers that are kept stable."""
+    """A page for every module with stable headers."""
     modules = {}
     for header in sorted((ROOT / "grapnel").rglob("*.hpp")):
         text = header.read_text()
@@ -219,7 +217,7 @@ def cpp_reference():
     pages["cpp/index.md"] = (
         "# C++ reference\n\nThe headers that are [kept stable](../stability.md), module by module, those that programs begin with first.\n"
         "`find_package(Grapnel)` and `Grapnel::grapnel` or `Grapnel::<module>` bring them; "
-        "[Assumptions and limits](../modules.md) says what each module takes for granted.\n\n"
+        "[Assumptions and limits](../modules.md) lists the assumptions of each module.\n\n"
         "<p>All other headers, which may change with any commit, with graphs of what uses what: "
         '<a href="../doxygen/index.html">the whole library</a>.</p>\n\n```{toctree}\n' + links + "\n```\n")
     return pages
@@ -240,7 +238,7 @@ def main():
     if manual.returncode:
         faults.append(manual.stderr)
     site.write("commands.md", manual.stdout)
-    reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` anew.\n"
+    reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` again.\n"
     if module:
         modules = ["grapnel"] + [f"grapnel.{name}" for name in ("env",) if (pathlib.Path(module) / "grapnel" / f"{name}.py").exists()]
         reference = "\n".join("```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n   :imported-members:\n```\n" if name == "grapnel" else

@@ -73,7 +73,7 @@ TEST_F(Optimize, NothingAcceptableIsExitCode1AndSaysWhich) {
         "search: {evaluations: 4, refine: 0}\nlimits: [{column: grasps/tip-1/impulse_magnitude, at_most: 0}]\n");
   const Outcome o = run("optimize study.yaml -o r");
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr("study.yaml: error: no point holds all limits; the nearest is point "));
+  EXPECT_THAT(o.err, HasSubstr("study.yaml: error: no point meets all limits; the nearest is point "));
   EXPECT_THAT(o.err, HasSubstr("'grasps/tip-1/impulse_magnitude at most 0'"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "best.yaml"));
   EXPECT_TRUE(fs::exists(folder_ / "r" / "evaluations.csv"));

@@ -60,8 +60,8 @@ TEST_F(Outputs, LinksDoNotHideAnInput) {
   fs::create_directories(folder_ / "hard");
   fs::create_symlink("../mine.yaml", folder_ / "soft" / "summary.json");
   fs::create_hard_link(folder_ / "mine.yaml", folder_ / "hard" / "scene.json");
-  expect_refused("run mine.yaml -o soft", "mine.yaml", "reads it as its input 'mine.yaml'");
-  expect_refused("run mine.yaml -o hard", "mine.yaml", "reads it as its input 'mine.yaml'");
+  expect_refused("run mine.yaml -o soft", "mine.yaml", "it is the input 'mine.yaml' of this command");
+  expect_refused("run mine.yaml -o hard", "mine.yaml", "it is the input 'mine.yaml' of this command");
 }
 
 TEST_F(Outputs, NoResultsReplaceAFileThatTheScenarioNames) {
@@ -148,7 +148,7 @@ TEST_F(Outputs, PipesAndDevicesAreNotReplaced) {
   const Outcome o = run(modes + " -o fifo");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err,
-            "fifo: error: must not be replaced: it is a pipe, which a file would replace; choose another name with "
+            "fifo: error: must not be replaced: it is a pipe, which the output would replace; choose another name with "
             "-o\n");
   EXPECT_TRUE(fs::is_fifo(folder_ / "fifo"));
   fs::create_symlink("/dev/null", folder_ / "null");

@@ -48,7 +48,7 @@ TEST_F(Program, RunWritesTheContractsFiles) {
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(o.err,
               testing::MatchesRegex(".*open-loop-case-1.yaml: warning: captured: assumed, by moving target-1 .* and "
-                                    "target-2 .*: no envelope says what tip-1 and tip-2 can close on\n"));
+                                    "target-2 .*: no capture envelope is given for tip-1 and tip-2\n"));
   EXPECT_THAT(o.out, HasSubstr("grapnel 0.2.0"));
   EXPECT_THAT(o.out, HasSubstr("sha256"));
   EXPECT_THAT(o.out, HasSubstr("ledger"));

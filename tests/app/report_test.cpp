@@ -114,7 +114,7 @@ TEST_F(Report, FoldersWithoutResultsAreNamed) {
   fs::create_directory(folder_ / "empty");
   Outcome o = run("report empty");
   EXPECT_EQ(o.code, 2);
-  EXPECT_THAT(o.err, HasSubstr("grapnel: error: empty: no results: looked for summary.json (of grapnel run)"));
+  EXPECT_THAT(o.err, HasSubstr("grapnel: error: empty: no results: expected summary.json (of grapnel run)"));
   o = run("report nowhere");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err, "grapnel: error: nowhere: no such folder\n");

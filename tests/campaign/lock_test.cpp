@@ -32,7 +32,7 @@ std::string refusal(const fs::path& folder, const std::string& writer = "") {
   return {};
 }
 
-TEST(Lock, KeepsOthersOutAndSaysWhoHasIt) {
+TEST(Lock, ExcludesOthersAndNamesTheHolder) {
   const TemporaryFolder folder;
   {
     const CampaignLock lock(folder.path());
@@ -87,7 +87,7 @@ class Holder {
   pid_t pid_ = 0;
 };
 
-TEST(Lock, GoesWithItsProcess) {
+TEST(Lock, EndsWithItsProcess) {
   const TemporaryFolder folder;
   Holder holder(folder.path());
   EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
@@ -98,7 +98,7 @@ TEST(Lock, GoesWithItsProcess) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-TEST(Lock, OfANamedWriterGoesWithItsProcess) {
+TEST(Lock, OfANamedWriterEndsWithItsProcess) {
   const TemporaryFolder folder;
   Holder holder(folder.path(), "rank-1");
   EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
@@ -120,7 +120,7 @@ TEST(Lock, OfAnotherMachineCountsUntilItGivesNoSignOfLife) {
   write_foreign(folder.path() / "lock", 20);
   const std::string why = refusal(folder.path());
   EXPECT_THAT(why,
-              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last sign of life "));
+              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last heartbeat "));
   EXPECT_THAT(why, HasSubstr("after removing " + (folder.path() / "lock").string()));
   write_foreign(folder.path() / "lock", 1000);
   EXPECT_EQ(refusal(folder.path()), "");
@@ -135,7 +135,7 @@ TEST(Lock, OfThisMachineBeforeItStartedAgainIsStale) {
   EXPECT_EQ(refusal(folder.path()), "");
 }
 
-TEST(Lock, WhatIsNoLockTextIsNoHolder) {
+TEST(Lock, InvalidLockTextHasNoHolder) {
   const TemporaryFolder folder;
   for (const char* text : {"", "\n", "host", "pid 12\n", "\x01\x02 garbage"}) {
     write_bytes(folder.path() / "lock", text);

@@ -251,7 +251,7 @@ TEST(Saturation, OfThrusters) {
     for (const ThrusterReport& t : weak.thrusters->each) largest = std::max(largest, t.duty);
     EXPECT_GT(largest, 0.5);
     EXPECT_LE(largest, 1);
-    EXPECT_THAT(weak.warnings, Contains(HasSubstr("on all the time, and less given than commanded")));
+    EXPECT_THAT(weak.warnings, Contains(HasSubstr("on continuously, delivers less than commanded")));
   }
   // Strong ones fire in short pulses.
   Satellite strong;

@@ -15,7 +15,7 @@ TEST_P(ApproachFault, IsReportedWithItsPlace) {
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
 }
 
-// A plan for a time that is looked for, in place of the duration and the way.
+// A plan with a capture window, in place of the duration and the trajectory.
 Edit window(const std::string& text) {
   return {"  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}",
           "  window: " + text + "\n  plan: {}"};
@@ -35,13 +35,13 @@ const std::vector<FaultCase> kCases{
     {"approach_direction_not_unit",
      {with_point("approach_direction: [0, 0, 0]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has length 0, must be a unit vector",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"approach_direction_too_short",
      {with_point("approach_direction: [0, 1]")},
      {"scenario.yaml:27:65: error: targets[0].grasp_points[0].approach_direction has 2 items, must have exactly 3",
-      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+      "scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"envelope_empty",
      {with_tip("envelope: {}")},
      {"scenario.yaml:18:63: error: robot.end_effectors[0].envelope is empty, must have at least one of position, "
@@ -66,8 +66,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:65: error: grasps[0].orientation: axis needs an 'approach_axis' at end-effector 'tip'"}},
     {"orientation_by_default_without_approach_axis",
      {with_point("approach_direction: [0, -1, 0]")},
-     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction and end-effector 'tip' no "
-      "approach_axis to go with it; give the end-effector one, or the grasp orientation: free"}},
+     {"scenario.yaml:29:20: error: grasps[0]: grasp point 'grip' has an approach_direction, but end-effector 'tip' has "
+      "no approach_axis; add one, or set orientation: free for the grasp"}},
     {"capsule_without_length",
      {{"    grasp_points", "    geometry: {shape: capsule, radius: 1}\n    grasp_points"}},
      {"scenario.yaml:26:15: error: missing key 'length' in targets[0].geometry, needed with shape: capsule"}},
@@ -144,7 +144,7 @@ const std::vector<FaultCase> kCases{
      {way("plan: {}"),
       {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
-     {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
+     {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
@@ -408,10 +408,10 @@ const std::vector<FaultCase> kCases{
      {way("trajectory: no.csv\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  straight_in: {stand_off: "
           "1, duration: 1}")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file",
-      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file says where the joints "
-      "are at all times",
-      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file says where the "
-      "joints are at all times",
+      "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
+      "scenario.yaml:34:3: error: 'waypoints' in approach has no meaning with trajectory: the file gives the joint "
+      "values at all times",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with trajectory: the rates at the end "
       "follow from the file",
       "scenario.yaml:35:3: error: 'final_rates' in approach has no meaning with straight_in: the rates follow from "

@@ -36,7 +36,7 @@ Edit without_approach() {
   return {"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\n", ""};
 }
 
-TEST(LoadGrasps, AllTogetherWhereNothingIsSaid) {
+TEST(LoadGrasps, CloseTogetherByDefault) {
   const CaptureProblem p = load({});
   EXPECT_EQ(p.grasps[0].closes, Closes::together);
   EXPECT_EQ(p.grasps[0].closes, GraspSetup{}.closes);

@@ -80,8 +80,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:52: error: unknown key 'liner' in impact.restitution; did you mean 'linear'?"}},
     {"restitution_angular_of_contact",
      {impact("law: restitution, restitution: {linear: 0.5, angular: 0.5}"), with_grasp("model: contact"), on_sphere()},
-     {"scenario.yaml:35:55: error: impact.restitution.angular belongs to law bilateral_restitution: a contact passes "
-      "on no moment"}},
+     {"scenario.yaml:35:55: error: impact.restitution.angular belongs to law bilateral_restitution: a contact "
+      "transmits no moment"}},
     {"friction_negative",
      {impact("law: friction, friction: -0.1"), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:35:35: error: impact.friction is -0.1, must be at least 0"}},

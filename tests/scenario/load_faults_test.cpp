@@ -73,10 +73,10 @@ const std::vector<FaultCase> kCases{
     {"table_with_force",
      {with_wrench("{body: base, force: [1, 0, 0], torque: [0, 0, 0], time: {shape: table, values: [[0, 1, 0, 0, 0, 0, "
                   "0], [1, 0, 0, 0, 0, 0, 0]]}}")},
-     {"scenario.yaml:35:18: error: 'force' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself",
-      "scenario.yaml:35:36: error: 'torque' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself"}},
+     {"scenario.yaml:35:18: error: 'force' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench",
+      "scenario.yaml:35:36: error: 'torque' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench"}},
     {"table_of_one_row",
      {with_wrench("{body: base, time: {shape: table, values: [[0, 1, 0, 0, 0, 0, 0]]}}")},
      {"scenario.yaml:35:47: error: external_wrenches[0].time.values has 1 item, must have at least 2"}},
@@ -103,10 +103,10 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:19: error: orbit.altitude is 400, must be at least 10000 [m]"}},
     {"orbit_altitude_of_an_ellipse",
      {with_top("orbit: {altitude: 400 km, eccentricity: 0.1, mu: 4e14}")},
-     {"scenario.yaml:34:27: error: 'eccentricity' in orbit has no meaning with altitude: it is that of a circular "
-      "orbit; give semi_major_axis",
-      "scenario.yaml:34:46: error: 'mu' in orbit has no meaning with altitude: it is above the surface of a body that "
-      "is known; give semi_major_axis"}},
+     {"scenario.yaml:34:27: error: 'eccentricity' in orbit has no meaning with altitude: an altitude defines a "
+      "circular orbit; use semi_major_axis",
+      "scenario.yaml:34:46: error: 'mu' in orbit has no meaning with altitude: an altitude refers to the surface of "
+      "body; use semi_major_axis"}},
     {"orbit_unknown_body",
      {with_top("orbit: {body: moons, altitude: 100 km}")},
      {"scenario.yaml:34:15: error: unknown value 'moons' for orbit.body; did you mean 'moon'?"}},
@@ -166,8 +166,8 @@ const std::vector<FaultCase> kCases{
     {"stream_beside_a_table",
      {with_wrench("{body: base, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0]}, time: {shape: "
                   "table, values: [[0, 1, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 0]]}}")},
-     {"scenario.yaml:35:18: error: 'stream' in external_wrenches[0] has no meaning with time.shape: table: its values "
-      "are the wrench itself"}},
+     {"scenario.yaml:35:18: error: 'stream' in external_wrenches[0] has no effect with time.shape: table, whose values "
+      "are the wrench"}},
     {"clearance_not_boolean",
      {with_top("clearance: {enabled: yes, required: -1}")},
      {"scenario.yaml:34:22: error: clearance.enabled must be true or false, not the text 'yes'",

@@ -1,4 +1,4 @@
-// Every kind of fault in a robot, inline in a scenario; and in files of their own.
+// Every kind of error in a robot, inline in a scenario and in separate files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -154,7 +154,7 @@ TEST(RobotFaults, UnreadableRobotDoesNotHideTheRest) {
   ASSERT_EQ(faults.size(), 3u);
   EXPECT_EQ(faults[0],
             "scenario.yaml:2:8: error: cannot read the file 'arm.yml': no such file; did you mean 'arm.yaml'?");
-  // Unknown joints and end-effectors are not reported against a robot that nobody has seen.
+  // Unknown joints and end-effectors are not reported for a robot that was not read.
   EXPECT_EQ(faults[2], "scenario.yaml:32:13: error: approach.duration is -1, must be greater than 0 [s]");
 }
 
