@@ -96,7 +96,7 @@ namespace {
 constexpr long kMostSteps = 50'000;
 
 // Whether a margin that ends a segment may have reached zero within a step with known values at its ends: the rate of
-// change is assumed to be at most twice the mean rate over this step or one of the two previous steps (docs/theory.md,
+// change is assumed to be at most twice the mean rate over this step or one of the two previous steps (docs/theory,
 // section 6.5).
 class MarginBound {
  public:

@@ -236,7 +236,7 @@ struct JointImpulse {
 };
 
 /// A joint that a brake or drive held during the impact, or was commanded to hold. Drives are overpowered by the
-/// constraint where their commanded rates contradict the grasps (docs/theory.md, section 7).
+/// constraint where their commanded rates contradict the grasps (docs/theory, section 7).
 struct HeldJoint {
   std::string joint;
   double impulse = 0;

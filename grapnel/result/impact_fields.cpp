@@ -234,7 +234,7 @@ const Type& type_of<HeldJoint>() {
       field<&H::gave_way>(
           "gave_way",
           "true: the drive was overpowered by the constraint. The grasps did not admit all commanded rates, and this "
-          "one deviates by the minimum amount (docs/theory.md, section 7). A warning reports it"),
+          "one deviates by the minimum amount (docs/theory, section 7). A warning reports it"),
   };
   static constexpr Type type = structure<H>(
       "HeldJoint",

@@ -33,7 +33,7 @@ struct LedgerEntry {
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
-/// Scales of relative drifts; none vanishes while a body moves (docs/theory.md, section 9).
+/// Scales of relative drifts; none vanishes while a body moves (docs/theory, section 9).
 struct LedgerScale {
   double linear_momentum = 0;   // max over time of sum |m v| [N s]
   double angular_momentum = 0;  // max over time of sum (|I w| + |r x m v|), r from the system's centre of mass [N m s]
