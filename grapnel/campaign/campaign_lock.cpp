@@ -250,6 +250,14 @@ void remove_writers(const fs::path& folder) {
     if (is_writers(entry.path())) fs::remove(entry.path(), none);
 }
 
+// Whether no living process is named as the holder of a lock that the system does not give.
+constexpr int kOrphanTries = 100;
+constexpr std::chrono::milliseconds kOrphanWait{20};
+bool is_orphaned(const fs::path& folder, const LockFile& file) {
+  const std::optional<Holder> alone = holder_from(file.text());
+  return !(alone && fate_of(*alone) != Fate::gone) && !some_writer(folder);
+}
+
 }  // namespace
 
 struct CampaignLock::Held {
@@ -265,7 +273,13 @@ struct CampaignLock::Held {
 
 CampaignLock::CampaignLock(const fs::path& folder, const std::string& writer)
     : held_(std::make_unique<Held>(folder / "lock")) {
-  const Taken whole = held_->folder.take(writer.empty() ? F_WRLCK : F_RDLCK, kFolderByte);
+  const short type = writer.empty() ? F_WRLCK : F_RDLCK;
+  Taken whole = held_->folder.take(type, kFolderByte);
+  // A child process in which a killed holder read a table shares its lock, and ends soon after it.
+  for (int tries = 0; whole == Taken::no && tries < kOrphanTries && is_orphaned(folder, held_->folder); ++tries) {
+    std::this_thread::sleep_for(kOrphanWait);
+    whole = held_->folder.take(type, kFolderByte);
+  }
   if (whole == Taken::no) {
     const std::optional<Holder> alone = holder_from(held_->folder.text());
     in_use(folder, alone && fate_of(*alone) != Fate::gone ? alone : some_writer(folder), "");

@@ -233,7 +233,8 @@ void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
                    const std::function<void(FromChild&)>& take) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw NoProcess(std::generic_category().message(errno));
-  pid_t child = ::fork();
+  const pid_t parent = ::getpid();
+  const pid_t child = ::fork();
   if (child < 0) {
     const int error = errno;
     ::close(ends[0]), ::close(ends[1]);
@@ -241,6 +242,7 @@ void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
   }
   if (child == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(1);  // killed before the request
     settle_in_child(seconds);
     answer(ends[1], work);
     ::_exit(0);  // the parent's buffers and objects are not flushed or destroyed a second time

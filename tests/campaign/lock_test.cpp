@@ -60,12 +60,20 @@ TEST(Lock, WritersWithNamesShareAFolder) {
 // A process that holds the lock until it is killed.
 class Holder {
  public:
-  explicit Holder(const fs::path& folder, const std::string& writer = "") {
+  // `orphan`: a child of it, which shares the lock, lives so much longer.
+  explicit Holder(const fs::path& folder, const std::string& writer = "",
+                  std::chrono::milliseconds orphan = std::chrono::milliseconds(0)) {
     int ready[2];
     EXPECT_EQ(pipe(ready), 0);
     pid_ = fork();
     if (pid_ == 0) {
       const CampaignLock lock(folder, writer);
+      const pid_t parent = getpid();
+      if (orphan.count() > 0 && fork() == 0) {
+        while (getppid() == parent) usleep(1000);
+        usleep(static_cast<useconds_t>(1000 * orphan.count()));
+        _exit(0);
+      }
       if (write(ready[1], "x", 1) != 1) _exit(1);
       for (;;) pause();
     }
@@ -96,6 +104,15 @@ TEST(Lock, EndsWithItsProcess) {
   EXPECT_EQ(refusal(folder.path(), "task-1"), "");
   EXPECT_EQ(refusal(folder.path()), "");
   EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+// A child process that reads a table for a holder that is killed ends a little later.
+TEST(Lock, WaitsForTheChildOfAKilledHolder) {
+  const TemporaryFolder folder;
+  Holder holder(folder.path(), "", std::chrono::milliseconds(200));
+  EXPECT_NE(refusal(folder.path()), "");
+  holder.kill();
+  EXPECT_EQ(refusal(folder.path()), "");
 }
 
 TEST(Lock, OfANamedWriterEndsWithItsProcess) {
