@@ -142,7 +142,7 @@ TEST_F(Campaign, TheSameCommandAgainFindsEverythingThere) {
   const std::string before = read_text(folder_ / "r" / "table.h5");
   const Outcome o = run("campaign study.yaml -o r");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("300 cases, 300 of them are there"));
+  EXPECT_THAT(o.out, HasSubstr("300 cases, 300 of them complete"));
   EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
@@ -179,7 +179,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
   };
   const Outcome o = run_in(array, "campaign study.yaml -o r");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("part 3/4 as SLURM_ARRAY_TASK_ID=12 says"));
+  EXPECT_THAT(o.out, HasSubstr("part 3/4 from SLURM_ARRAY_TASK_ID=12"));
   EXPECT_EQ(shards("r"), 19u);
   const Outcome gaps = run_in(array + "SLURM_ARRAY_TASK_COUNT=3 ", "campaign study.yaml -o r");
   EXPECT_EQ(gaps.code, 2);
@@ -188,7 +188,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
   for (const char* bad : {"0/3", "4/3", "1", "x/y", "1/3x"}) {
     const Outcome b = run(std::string("campaign study.yaml --shard ") + bad);
     EXPECT_EQ(b.code, 2) << bad;
-    EXPECT_THAT(b.err, HasSubstr("is neither i/N with i from 1 to N")) << bad;
+    EXPECT_THAT(b.err, HasSubstr("must be i/N with i from 1 to N")) << bad;
   }
   // "$PART" of a variable that is not set must not be the whole campaign.
   for (const char* empty : {"--shard \"\"", "--only \"\"", "-o \"\"", "-j \"\"", "--extend \"\""})
@@ -238,7 +238,7 @@ TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
     EXPECT_EQ(o.code, 2) << command;
     EXPECT_THAT(o.err, HasSubstr("manifest.json: damaged: it says something else than what was written")) << command;
     EXPECT_THAT(o.err, HasSubstr("move this file away: the command that began r then makes it anew")) << command;
-    EXPECT_THAT(o.err, Not(HasSubstr("to go on: "))) << command;
+    EXPECT_THAT(o.err, Not(HasSubstr("to resume: "))) << command;
   }
   fs::remove(folder_ / "r" / "manifest.json");
   const Outcome o = run("campaign study.yaml -o r");
@@ -254,7 +254,7 @@ TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {
   ASSERT_EQ(run("campaign study.yaml -o once --quiet --extend 300").code, 0);
   expect_same_results("steps", "once");
   const Outcome o = run("campaign study.yaml -o steps");  // knows that it was extended
-  EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them are there"));
+  EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them complete"));
 }
 
 TEST_F(Campaign, OneCaseAloneIsTheCampaignsCase) {
@@ -361,7 +361,7 @@ TEST_F(LongCampaign, CtrlCStopsCleanlyAndSaysHowToGoOn) {
   EXPECT_EQ(end_of(child), 130);
   const std::string err = read_text(folder_ / "child.err");
   EXPECT_THAT(err, HasSubstr("grapnel: stopped: "));
-  EXPECT_THAT(err, HasSubstr(" of 200000 cases are kept in r; to go on: grapnel campaign study.yaml -o r -j 2\n"));
+  EXPECT_THAT(err, HasSubstr(" of 200000 cases are kept in r; to resume: grapnel campaign study.yaml -o r -j 2\n"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "lock"));
 }
 
@@ -409,12 +409,12 @@ TEST_F(LongCampaign, ASmallFileSystemThatIsFullIsNamedAndWhatIsThereStays) {
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("cannot write small/r/shards/"));
   EXPECT_THAT(o.err, HasSubstr("No space left on device"));
-  EXPECT_THAT(o.err, HasSubstr("what is in small/r stays valid; to go on: grapnel campaign study.yaml -o small/r"));
+  EXPECT_THAT(o.err, HasSubstr("the files in small/r remain valid; to resume: grapnel campaign study.yaml -o small/r"));
   EXPECT_GT(shards("small/r"), 3u);
   EXPECT_EQ(mount("none", (folder_ / "small").c_str(), "tmpfs", MS_REMOUNT, "size=30m"), 0);
   const Outcome again = run("campaign study.yaml -o small/r");
   EXPECT_EQ(again.code, 0) << again.err;
-  EXPECT_THAT(again.out, Not(HasSubstr(", 0 of them are there")));
+  EXPECT_THAT(again.out, Not(HasSubstr(", 0 of them complete")));
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   expect_same_results("calm", "small/r");
   EXPECT_EQ(umount((folder_ / "small").c_str()), 0);

@@ -55,8 +55,7 @@ TEST_F(Optimize, OverwritesNoScenarioOfItsUser) {
   write("best.yaml", "name: mine\n");
   const Outcome o = run("optimize study.yaml -o .");
   EXPECT_EQ(o.code, 2);
-  EXPECT_EQ(o.err,
-            "./best.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+  EXPECT_EQ(o.err, "./best.yaml: error: already exists, and grapnel did not make it; choose another folder with -o\n");
   EXPECT_EQ(read_text(folder_ / "best.yaml"), "name: mine\n");
 }
 

@@ -211,12 +211,12 @@ TEST_F(Outputs, NumbersOfOptionsAreFinite) {
        {"--damping nan", "--below nan", "--expect nan", "--origin 0 nan 0", "--expect 1e999"}) {
     const Outcome o = run(modes + " " + option);
     EXPECT_EQ(o.code, 2) << option;
-    EXPECT_THAT(o.err, HasSubstr("is no finite number")) << option;
+    EXPECT_THAT(o.err, HasSubstr("is not a finite number")) << option;
   }
   for (const std::string option : {"--width nan", "--height NAN", "--from nan", "--to -inf", "--times 0,nan"}) {
     const Outcome o = run("figure nowhere --what joints " + option);
     EXPECT_EQ(o.code, 2) << option;
-    EXPECT_THAT(o.err, HasSubstr("is no finite number")) << option;
+    EXPECT_THAT(o.err, HasSubstr("is not a finite number")) << option;
   }
 }
 

@@ -168,7 +168,7 @@ TEST_F(Program, CheckReportsAllFaultsWithTheirPlaces) {
 TEST_F(Program, CheckAcceptsWhatRuns) {
   const Outcome o = run("check " + scenario(kCase1));
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(o.out, HasSubstr("no faults"));
+  EXPECT_THAT(o.out, HasSubstr("no errors"));
 }
 
 TEST_F(Program, MissingFileIsBadInput) {
@@ -354,7 +354,7 @@ std::string first_plan(const std::string& changes) {
 TEST_F(Program, CheckWarnsOfWhatIsHardlyMeant) {
   const Outcome o = run("check " + scenario(kCase1) + " --set targets.target-1.inertia=[900,900,900]");
   EXPECT_EQ(o.code, 0);
-  EXPECT_THAT(o.out, HasSubstr("no faults, 1 warning ("));
+  EXPECT_THAT(o.out, HasSubstr("no errors, 1 warning ("));
   EXPECT_THAT(o.err,
               HasSubstr("--set targets.target-1.inertia=[900,900,900]: warning: targets[0].inertia: the moment of "
                         "inertia 900 kg m^2 and the mass 10 kg make a radius of gyration of 9.49 m"));
@@ -377,7 +377,7 @@ TEST_F(Program, APlanThatFailsIsSaidOnceWithWhatWouldHelp) {
   EXPECT_EQ(o.code, 1);
   EXPECT_EQ(occurrences(o.out + o.err, "comes no closer"), 1u) << o.out << o.err;
   EXPECT_THAT(o.err, HasSubstr("the arm is at most 3 m long; base and target must be 5."));
-  EXPECT_THAT(o.err, testing::Not(HasSubstr("Look first")));
+  EXPECT_THAT(o.err, testing::Not(HasSubstr("Check first")));
   EXPECT_THAT(read_text(folder_ / "r" / "summary.json"), HasSubstr("comes no closer"));
 }
 
@@ -385,7 +385,7 @@ TEST_F(Program, APlanThatFailsNamesItsSuspects) {
   SKIP_UNDER_SANITIZERS();
   const Outcome o = run(first_plan(" --set targets[0].grasp_points[0].position=[0,9,0]"));
   EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr(". Look first at this: targets[0].grasp_points[0].position is 9 m from the target's "
+  EXPECT_THAT(o.err, HasSubstr(". Check first: targets[0].grasp_points[0].position is 9 m from the target's "
                                "origin, and its shape ends at 0.5 m"));
 }
 

@@ -253,7 +253,7 @@ TEST_F(Report, APointOverwritesNoScenarioOfItsUser) {
   const Outcome o = run("sweep study.yaml --only 1 -o .");
   EXPECT_EQ(o.code, 2);
   EXPECT_EQ(o.err,
-            "./scenario.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+            "./scenario.yaml: error: already exists, and grapnel did not make it; choose another folder with -o\n");
   EXPECT_EQ(read_text(folder_ / "scenario.yaml"), own);
   ASSERT_EQ(run("sweep study.yaml --only 1 --no-report --quiet -o p").code, 0);
   EXPECT_EQ(run("sweep study.yaml --only 2 --no-report --quiet -o p").code, 0);  // its own is replaced

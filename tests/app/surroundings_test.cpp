@@ -119,7 +119,7 @@ TEST_F(Surroundings, ARunThatPlansForEverHearsTheSignalAndKeepsWhatIsThere) {
   await("r");
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
   EXPECT_EQ(stop(child), 130);
-  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("stopped; what there was by then is in r"));
+  EXPECT_THAT(read_text(folder_ / "said"), HasSubstr("stopped; the results so far are in r"));
   EXPECT_EQ(summary("r")["status"], "failed");
 }
 
