@@ -108,7 +108,7 @@ def test_create_and_reset_may_refuse():
         def reset(self, time):
             raise ValueError("not now")
 
-    assert "made no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
+    assert "created no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
     assert "reset() of the Python controller" in own().simulate(controller=NoReset).failure
     with pytest.raises(grapnel.SimulationError, match="not now"):
         own().simulate(controller=NoReset, strict=True)

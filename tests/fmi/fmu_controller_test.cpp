@@ -93,7 +93,7 @@ TEST(FmuController, InputsThatAreNoSignals) {
   };
   for (const char* name : {"fmu_inputs_2", "fmu_inputs_3"}) {
     // Left alone those of other types are no fault; a real one has to be named.
-    expect_has(fault_of(name), "nothing says what its input 'unused' is");
+    expect_has(fault_of(name), "its input 'unused' is without a value");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: start")), "");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: null")), "");
     const CaptureResult plain = simulate_capture(with_fmu(name, kGains, inputs(", unused: start")));
@@ -109,8 +109,8 @@ TEST(FmuController, InputsThatAreNoSignals) {
                                   inputs(", unused: 7.5, switched: true, counted: 3, called: fine")));
     EXPECT_EQ(taken.failure, "");
     expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 1.5")), "which 1.5 is not");
-    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected is a ");
-    expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is no signal");
+    expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected a ");
+    expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is not a signal");
   }
 }
 
@@ -128,7 +128,7 @@ TEST(FmuController, EndsWithWhatTheFmuSays) {
     expect_has(failure(name.c_str(), "does: discards"), "DoStep() returned discard");
     expect_has(failure(name.c_str(), "does: refuses, on: true, count: 7"), "refused, as it was asked to");
     expect_has(failure(name.c_str(), "does: nan"),
-               "says an effort of nan at joint 'arm-2-joint-1', which is no finite number");
+               "returns an effort of nan at joint 'arm-2-joint-1', which is not finite");
   }
 }
 
@@ -166,27 +166,27 @@ TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
 TEST(FmuController, RefusesWhatDoesNotFit) {
   EXPECT_EQ(fault_of("fmu_2"), "");
   expect_has(fault_of("nowhere"), "nowhere.fmu");
-  expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected is 2.0 or 3.0");
+  expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected 2.0 or 3.0");
   expect_has(fault_of("fmu_of_another_binary"), "its binary follows FMI '1.0', its modelDescription.xml 2.0");
   expect_has(fault_of("fmu_without_step"), "its binary has no function fmi2DoStep()");
   expect_has(fault_of("fmu_for_windows"),
              "it has no binary for this system, binaries/linux64/test_fmu.so; it has: win64");
-  expect_has(fault_of("fmu_with_tool"), "it needs the tool that made it");
-  expect_has(fault_of("fmu_of_steps"), "computes in steps of 0.004 s (fixedInternalStepSize), of which control.period");
+  expect_has(fault_of("fmu_with_tool"), "it requires the tool that made it");
+  expect_has(fault_of("fmu_of_steps"), "has steps of 0.004 s (fixedInternalStepSize); control.period");
   // Variables, with the place of their entry.
   expect_has(fault_of("fmu_2", kGains, "{'goal[7]': 'position[1]'}"), "has no variable 'goal[7]'; did you mean 'goal[");
   expect_has(fault_of("fmu_2", kGains, "{'goal[1]': 'positoin[1]'}"),
-             "control.inputs: 'positoin[1]' is no signal; did you mean 'position[1]'?");
-  expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "is of causality output, expected is input");
+             "control.inputs: 'positoin[1]' is not a signal; did you mean 'position[1]'?");
+  expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "has causality output, expected input");
   expect_has(fault_of("fmu_2", kGains, "{}"),
-             "nothing says what its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are");
+             "its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are without a value");
   // All at once.
   const std::string all = fault_of("fmu_2", "ki: 3, kp: true", "{'goal[7]': 'position[1]', 'goal[1]': 'positoin[1]'}");
   for (const char* part : {"has no variable 'ki'", "is a Real, which true is not", "has no variable 'goal[7]'",
-                           "'positoin[1]' is no signal", "its inputs 'goal[2]', "})
+                           "'positoin[1]' is not a signal", "its inputs 'goal[2]', "})
     expect_has(all, part);
   expect_has(fault_of("fmu_2", "ki: 3"), "has no variable 'ki'");
-  expect_has(fault_of("fmu_2", "inside: 3"), "is of causality local, expected is parameter");
+  expect_has(fault_of("fmu_2", "inside: 3"), "has causality local, expected parameter");
   expect_has(fault_of("fmu_2", "kp: true"), "is a Real, which true is not");
   expect_has(fault_of("fmu_3", "count: 1.5"), "is a Int32, which 1.5 is not");
   // Files that are no FMU.

@@ -33,14 +33,14 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     // Before initialization.
     EXPECT_EQ(plant.try_get("joint.elbow.rate", value), fmi::kError);
     expect_has(plant.said, prefix + (version == 2 ? "GetReal" : "GetFloat64") +
-                               ": joint.elbow.rate is not known before initialization mode");
+                               ": joint.elbow.rate is available only from initialization mode on");
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "this must not be called before initialization mode");
+    expect_has(plant.said, "must not be called before initialization mode");
     EXPECT_EQ(plant.plain("ExitInitializationMode"), fmi::kError);
     EXPECT_EQ(plant.plain("Terminate"), fmi::kError);
     if (version == 2) {
       EXPECT_EQ(plant.plain("EnterInitializationMode"), fmi::kError);
-      expect_has(plant.said, "fmi2SetupExperiment must be called before");
+      expect_has(plant.said, "fmi2SetupExperiment must be called first");
     }
     // What was refused has changed nothing.
     ASSERT_EQ(plant.enter(), fmi::kOk) << plant.said;
@@ -62,11 +62,11 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     EXPECT_EQ(version == 2 ? plant.function<fmi::SetReal2>("SetReal")(plant.instance, &none, 1, &value)
                            : plant.function<fmi::SetFloat3>("SetFloat64")(plant.instance, &none, 1, &value, 1),
               fmi::kError);
-    expect_has(plant.said, "there is no variable with the value reference 4000");
+    expect_has(plant.said, "no variable has the value reference 4000");
     if (version == 3) {
       const fmi::Reference first = 1;
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first, 1, &value, 2), fmi::kError);
-      expect_has(plant.said, "as many values as value references");
+      expect_has(plant.said, "the numbers of values and value references must be equal");
     }
     // Arrays that are missing.
     const fmi::Reference first_one = 1;
@@ -88,7 +88,7 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
     }
     // Steps.
     EXPECT_EQ(plant.step(0.05, 0.01), fmi::kError);
-    expect_has(plant.said, "the communication point is 0.05 [s], expected is 0.01");
+    expect_has(plant.said, "the communication point is 0.05 [s], expected 0.01");
     for (const double size : {0.0, -0.01, 0.015, 1e-5, static_cast<double>(NAN)}) {
       // Of FMI 2.0 discard would mean that a part of the step was computed.
       EXPECT_EQ(plant.step(0.01, size), version == 2 ? fmi::kError : fmi::kDiscard) << size;
@@ -123,7 +123,7 @@ TEST_F(PlantErrors, InstancesThatCannotBe) {
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, uri + "/nowhere"));
     expect_has(plant.said, "there is no file plant.json in the FMU's resources, /nowhere");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, ""));
-    expect_has(plant.said, "no resource location is given");
+    expect_has(plant.said, "the resource location is missing");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, "file://elsewhere.example/x"));
     expect_has(plant.said, "is not on this machine");
     if (version == 2) {
@@ -151,7 +151,7 @@ TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
     expect_has(plant.said, "the scenario in the FMU's resources cannot be used; --set targets[0].mass=-3");
     // Nothing is left but to get, reset and free.
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are left");
+    expect_has(plant.said, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
     ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
     plant.free();
@@ -183,7 +183,7 @@ TEST_F(PlantErrors, RunsThatFail) {
     EXPECT_FALSE(plant.terminates);
     EXPECT_EQ(plant.get("joint.elbow.position"), before);
     EXPECT_EQ(plant.step(0.01, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are left");
+    expect_has(plant.said, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
     ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
     EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;

@@ -123,12 +123,12 @@ TEST(PluginCapture, EndsWithWhatThePluginSays) {
   const CaptureResult nan = run("{does: nan}");
   EXPECT_EQ(nan.status, CaptureStatus::failed);
   EXPECT_NE(
-      nan.failure.find("libtest_plugin.so' says an effort of nan at joint 'arm-2-joint-3', which is no finite number"),
+      nan.failure.find("libtest_plugin.so' returns an effort of nan at joint 'arm-2-joint-3', which is not finite"),
       std::string::npos)
       << nan.failure;
   EXPECT_TRUE(nan.approach_end.has_value());
   const CaptureResult refused = run("{does: refuses}");
-  EXPECT_NE(refused.failure.find("made no controller: not with 6 joints"), std::string::npos) << refused.failure;
+  EXPECT_NE(refused.failure.find("created no controller: not with 6 joints"), std::string::npos) << refused.failure;
   const CaptureResult failing = run("{does: fails}");
   EXPECT_NE(failing.failure.find("failed: the sun is out"), std::string::npos) << failing.failure;
 }
@@ -140,7 +140,7 @@ TEST(PluginCapture, RefusesWhatDoesNotFit) {
     EXPECT_NE(fault.find(text), std::string::npos) << fault;
   };
   expect({{"control.plugin", "nowhere.so"}}, "nowhere.so", "");
-  expect({}, "exports no function grapnel_controller()", GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL);
+  expect({}, "does not export the function grapnel_controller()", GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL);
   expect({}, "has version 7 of the controller interface, expected 1", GRAPNEL_TEST_PLUGIN_OF_ANOTHER_VERSION);
   expect({{"control.period", "0"}}, "control.period");
   expect({{"control.delay", "-1"}}, "control.delay");

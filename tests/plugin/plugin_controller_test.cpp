@@ -176,7 +176,8 @@ TEST(PluginController, SaysWhatIsWrongWithALibrary) {
   EXPECT_NE(plugin_fault("/no/such/file.so", "file.so").find("the plugin 'file.so' cannot be loaded: "),
             std::string::npos);
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL, "x.so"),
-            "'x.so' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h declares (in "
+            "'x.so' is not a plugin: it does not export the function grapnel_controller(), which grapnel_controller.h "
+            "declares (in "
             "C++ as extern \"C\")");
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN_OF_ANOTHER_VERSION, "x.so"),
             "the plugin 'x.so' has version 7 of the controller interface, expected 1; build it with the "
@@ -188,7 +189,7 @@ TEST(PluginController, SaysWhatIsWrongWithALibrary) {
 TEST(PluginController, PassesOnWhyThePluginFails) {
   const Model model = two_joints();
   EXPECT_EQ(error_of([&] { make("{\"does\":\"refuses\"}", model); }),
-            "the plugin 'it.so' made no controller: not with 2 joints every 0.01 s");
+            "the plugin 'it.so' created no controller: not with 2 joints every 0.01 s");
   const auto failing = make("{\"does\":\"fails\"}", model);
   failing->begin_piece(model, 0);
   Asked a;
