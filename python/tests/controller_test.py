@@ -124,7 +124,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(TypeError, match="expected is its class"):
         grapnel.simulate_many([own()], controller=OwnPd())
     faults = grapnel.check(SCENARIO, set={"control": {"period": 0.01, "parameters": {"a": 1}}, "post_impact.joints": "free"})
-    assert "control.parameters are a controller's" in faults[0].message
+    assert "control.parameters needs a controller" in faults[0].message
 
 
 def test_many_runs_have_an_instance_each():

@@ -128,10 +128,11 @@ TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
          {":3:16: error: thruster.a is 1.5, must be from 0 to 1, the share of a period for which the valve is open"});
   expect(kHead + ",thruster.a" + zeros + "on\n", {":3:16: error: thruster.a must be a number [1]"});
   expect(kHead + ",thruster.a" + zeros + "0.05\n",
-         {"control.torques opens thruster 'a' at 60 [s] for 0.005 s, and its valve is open for 0.01 s at least"});
+         {"control.torques opens thruster 'a' at 60 [s] for 0.005 s, but its valve is open for at least 0.01 s"});
   expect(kHead + ",wheel.w,base.x,base.y,base.z\n0,0,0,0,0,0,0,0,0,0,0\n60,0,0,0,0,0,0,0,0,0,0\n",
          {":1:1: error: the header has base.x"});
-  expect(kHead + ",wheel.w" + zeros + "0\n", {"post_impact.base_control: control.torques tells the base's actuators"},
+  expect(kHead + ",wheel.w" + zeros + "0\n",
+         {"post_impact.base_control: control.torques commands the base's actuators"},
          {{"post_impact.base_control", "{kp: 1, kd: 1, actuators: outside}"}});
 }
 

@@ -193,7 +193,7 @@ TEST(Faults, AreAllListedAtOnce) {
                   "initial joint positions: 5 values for 6 joints", "approach: duration must be positive",
                   "approach: kd: 7 values for 6 joints", "impact: duration must be positive",
                   "post_impact: duration must be positive", "initial: give the base's twist or the momentum, not both",
-                  "target 'target-2' is grasped by nobody"));
+                  "no grasp names target 'target-2'"));
 }
 
 TEST(Faults, EachIsFound) {
@@ -244,7 +244,7 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.post_impact->releases = {{0.5, {"tip-3"}}};
             }),
-            "post_impact: release of 'tip-3', which grasps nothing");
+            "post_impact: release of 'tip-3', which has no grasp");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.impact->law = ImpactSetup::Law::as_published, p.grasps[1].model = GraspModel::point;
             }),

@@ -101,14 +101,15 @@ TEST(AMove, ThatCannotBeIsRefused) {
   using ::testing::ElementsAre;
   CaptureProblem p = with_move(PostImpactSetup::Joints::braked);
   p.post_impact->move->duration = 57;
-  EXPECT_THAT(conflicts(p),
-              ElementsAre("post_impact.move: joints that are braked follow nothing; use joints: pd or computed_torque",
-                          "post_impact.move ends after 61 [s], must end within post_impact's 60"));
+  EXPECT_THAT(
+      conflicts(p),
+      ElementsAre("post_impact.move: joints that are braked follow no reference; use joints: pd or computed_torque",
+                  "post_impact.move ends after 61 [s], must end within post_impact's 60"));
   p = with_move(PostImpactSetup::Joints::computed_torque);
   p.grasps[1].target = p.grasps[0].target;
   EXPECT_THAT(conflicts(p),
               ElementsAre("post_impact.joints is computed_torque, but grasps[0] and grasps[1] hold one target, and "
-                          "joints of a closed loop cannot be accelerated one by one; use pd"));
+                          "joints of a closed loop cannot be accelerated independently; use pd"));
   p = with_move(PostImpactSetup::Joints::pd);
   p.post_impact->move->joints.pop_back();
   EXPECT_THROW(simulate_capture(p), CaptureProblemError);

@@ -145,13 +145,13 @@ TEST(PluginCapture, RefusesWhatDoesNotFit) {
   expect({{"control.period", "0"}}, "control.period");
   expect({{"control.delay", "-1"}}, "control.delay");
   expect({{"control.period", "1e-9"}}, "makes 2.3e+10 samples in the run's 23 s; at most 10000000");
-  expect({{"control.period", "30"}}, "control.period is 30 [s], must be less than 23, the length of the run");
+  expect({{"control.period", "30"}}, "control.period is 30 [s], must be less than 23, the duration of the run");
   expect({{"control.delay", "30"}}, "control.delay is 30 [s], must be less than 23");
   expect({{"post_impact.joints", "free"}}, "control.plugin drives nothing");
   expect({{"approach.tracking", "{mode: controller}"}, {"control", "{period: 0.01}"}},
          "needs the plugin, the FMU or the log that drives them", "");
   expect({{"post_impact.base_control", "{kp: 1, kd: 1}"}},
-         "control.base_torque leaves the base's torque to the controller");
+         "control.base_torque assigns the base's torque to the controller");
   expect({{"control", "{period: 0.01, base_torque: true}"}}, "plugin", "");
 }
 
@@ -220,7 +220,7 @@ TEST(SampledCapture, RefusesLogsThatDoNotFit) {
   const std::string header = std::string("time,") + kJoints, rows = "0,0,0,0,0,0,0\n0.01,1,1,1,1,1,1\n";
   EXPECT_EQ(fault(header, rows), "");
   expect(fault(header, "0,0,0,0,0,0,0\n0.015,1,1,1,1,1,1\n"),
-         "control.torques has a row at 0.015 [s], which is no multiple of control.period, 0.01");
+         "control.torques has a row at 0.015 [s], which is not a multiple of control.period, 0.01");
   expect(fault(header + ",base.x,base.y", "0,0,0,0,0,0,0,0,0\n1,0,0,0,0,0,0,0,0\n"), "must have all or none");
   expect(fault(header + ",elbow", "0,0,0,0,0,0,0,0\n"), "unknown column 'elbow'");
   expect(fault("time,arm-1-joint-1", "0,0\n1,0\n"), "the header lacks joints: ");
