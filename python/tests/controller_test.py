@@ -119,7 +119,7 @@ def test_what_does_not_fit_is_refused():
         own().simulate(controller=3)
     with pytest.raises(ValueError, match="asks for no controller of Python's"):
         grapnel.load(SCENARIO, set={"control": {"period": 0.01}, "post_impact.joints": "free"}).simulate(controller=OwnPd)
-    with pytest.raises(grapnel.InputError, match="the program that simulates gives the controller"):
+    with pytest.raises(grapnel.InputError, match="the calling program must provide the controller"):
         own().simulate()
     with pytest.raises(TypeError, match="expected is its class"):
         grapnel.simulate_many([own()], controller=OwnPd())

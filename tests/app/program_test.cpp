@@ -207,7 +207,7 @@ TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
   const Outcome published = run("run " + planned + " --set impact.law=as_published -o p --no-report");
   EXPECT_EQ(published.code, 1);
   EXPECT_THAT(published.err, HasSubstr("linear_momentum_drift is "));
-  EXPECT_THAT(published.err, HasSubstr("impact.law: as_published is there to be compared with"));
+  EXPECT_THAT(published.err, HasSubstr("impact.law: as_published is for comparison only"));
   EXPECT_EQ(run("run " + planned + " -o good --no-report").code, 0);
 }
 

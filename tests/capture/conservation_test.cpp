@@ -272,7 +272,7 @@ TEST(Conservation, AdviceFitsTheCause) {
   loose.approach->tracking.noise = TrackingNoise{};
   loose.approach->tracking.noise->position = 1e-3;
   loose.approach->tracking.noise->bandwidth = 30;
-  EXPECT_THAT(advice(loose, "work_energy_residual"), HasSubstr("smaller integration.relative_tolerance"));
+  EXPECT_THAT(advice(loose, "work_energy_residual"), HasSubstr("reduce integration.relative_tolerance"));
 
   CaptureProblem published = thesis_case();
   published.clearance.enabled = false;

@@ -235,7 +235,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   for (TargetSetup& t : p.targets) t.geometry = {Geometry{}};
   const CaptureResult some = simulate_capture(p);
   EXPECT_EQ(some.ledger.feasibility(), Verdict::not_checked);
-  EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is given for target-1, target-2");
+  EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is stated for target-1, target-2");
   EXPECT_TRUE(row(some, "clearance_violation").applies);
 
   p = with_balls(0.01);
