@@ -170,7 +170,7 @@ TEST(OrbitCapture, FaultsOfProblemsThatProgramsMakeAreNamed) {
                 p.loads.resize(1);
                 p.loads[0].body = p.robot.base, p.loads[0].frame = LoadFrame::orbit;
               }),
-              HasSubstr("there is none"));
+              HasSubstr("no orbit is set"));
 }
 
 }  // namespace orbit_capture_test

@@ -98,7 +98,7 @@ TEST(ExternalLoad, FaultsAreNamed) {
   EXPECT_EQ(message(table()), "accepted");
   ExternalLoad load = load_of(Shape::constant, 0, 1);
   load.body = 1;
-  EXPECT_THAT(message(load), HasSubstr("no body"));
+  EXPECT_THAT(message(load), HasSubstr("not in the model"));
   load = load_of(Shape::constant, 1, 1);
   EXPECT_THAT(message(load), HasSubstr("end after it starts"));
   EXPECT_THAT(message(load_of(Shape::half_sine, 0, INFINITY)), HasSubstr("finite start and end"));

@@ -244,7 +244,7 @@ TEST(JointTrajectory, ValidationNamesTheFault) {
   EXPECT_EQ(message({0.1, JointPath{JointProfile::quintic, 0.2, 0, 1, 0, 0}}), "accepted");  // 0.1 + 0.2 rounds
   JointTrajectory gap = three_pieces();
   gap.pieces.erase(gap.pieces.begin() + 1);
-  EXPECT_THAT(message(gap), HasSubstr("begin where the one before ends"));
+  EXPECT_THAT(message(gap), HasSubstr("begin where the previous one ends"));
   JointTrajectory backwards = three_pieces();
   backwards.pieces[0].begin = 5;
   EXPECT_THAT(message(backwards), HasSubstr("end after it begins"));

@@ -229,7 +229,7 @@ TEST(Controller, IsCutAtTheLimitAndRefusedWhereItSaysNoNumber) {
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0.1, 0.2, 0, {});
   EXPECT_FALSE(o.finished);
   EXPECT_EQ(o.end_time, 0.1);
-  EXPECT_NE(o.failure.find("at t = 0.1 s the controller says an effort of nan at joint"), std::string::npos)
+  EXPECT_NE(o.failure.find("at t = 0.1 s the controller returns an effort of nan at joint"), std::string::npos)
       << o.failure;
 }
 
