@@ -1,9 +1,8 @@
 #pragma once
 
-/// @file
-/// How impulses and base rate of a plastic impact change with what is uncertain: derivatives of plastic_impact() by
-/// dual numbers through the kernels and implicit differentiation of its equations (docs/theory.md, section 13).
-/// Limitations: of first order, at this configuration; what an approach planned anew would change besides is not in it.
+/// @file Sensitivities of impulses and base rate of a plastic impact: derivatives of plastic_impact() by dual numbers
+/// through the kernels and implicit differentiation of its equations (docs/theory.md, section 13). Limitations: first
+/// order, at this configuration; effects of replanning the approach are not included.
 
 #include <Eigen/Core>
 #include <string>
@@ -18,11 +17,11 @@ struct ImpulseSensitivity {
   std::string parameter;  // see impulse_sensitivities()
   std::string unit;       // of the parameter: "m/s", "rad/s", "rad", "kg", "kg m^2", "m"
   int grasp = 0;          // whose motion, approach, contact or target changes; of a shared target the first
-  /// Why there are no derivatives (then NaN): the rank of the constraints changes with the parameter, or held rates
+  /// Why derivatives do not exist (NaN): the rank of the constraints changes with the parameter, or held rates
   /// contradict the grasps. Empty: they are valid.
   std::string undefined;
-  /// d P / d parameter, per grasp, on the robot at its contact point (which moves with "contact offset"), in W. Where
-  /// rows are redundant: of the least impulse in D, which plastic_impact() returns.
+  /// d P / d parameter, per grasp, on the robot at its contact point (which moves with "contact offset"), in W. For
+  /// redundant rows: of the minimum-norm impulse in D, which plastic_impact() returns.
   std::vector<Impulsed> impulse;
   Twistd base = Twistd::zero();  // d (V+ - V-) / d parameter of the base at B's origin, in W
 };
@@ -51,11 +50,11 @@ std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const 
 // The matrices of an impact and their derivatives along a change of the problem, from one pass of dual numbers through
 // the kernels.
 
-/// A direction in which the problem of an impact changes: derivatives with respect to one parameter.
+/// A direction of change of the problem of an impact: derivatives with respect to one parameter.
 struct ImpactVariation {
   std::vector<double> configuration;          // of the coordinates, as velocities (State::v's meaning); targets: zero
   std::vector<double> velocity;               // of State::v
-  int grasp = -1;                             // whose contact point and hinge axis move
+  int grasp = -1;                             // grasp whose contact point and hinge axis move
   Vector3d contact = Vector3d::zero();        // of its contact point, in W [m]
   Vector3d turn = Vector3d::zero();           // rotation of its hinge axis, in W [rad]
   int target = -1;                            // body whose mass and inertia change
@@ -76,15 +75,15 @@ struct VariedImpact {
   DualMatrix M;  // mass matrix
   DualMatrix J;  // relative Jacobian
   DualMatrix D;  // metric of impulses
-  /// Selects constrained components of each grasp's relative twist, rows x 6; its derivative turns with the hinge.
+  /// Selects constrained components of each grasp's relative twist, rows x 6; its derivative rotates with the hinge.
   std::vector<DualMatrix> directions;
 };
 
 VariedImpact vary_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                          std::span<const HeldRate> held, const ImpactVariation& variation);
 
-/// Jacobians of the grasping bodies alone at the contact points, stacked, 6 rows per grasp, in W, as the configuration
-/// changes by `configuration` and the contact points stay.
+/// Jacobians of the grasping bodies alone at the contact points, stacked, 6 rows per grasp, in W, for a change of
+/// configuration by `configuration` with fixed contact points.
 DualMatrix vary_end_effectors(const Model& model, const State& state, std::span<const Grasp> grasps,
                               const std::vector<double>& configuration);
 

@@ -23,17 +23,17 @@
 
 namespace grapnel {
 
-/// J_r of a held velocity: what its joint's rotor adds to the mass matrix [kg m^2 or kg]; 1 where the model states no
-/// rotor, so that drives of which nothing is known have equal weights.
+/// J_r of a held velocity: the contribution of its joint's rotor to the mass matrix [kg m^2 or kg]; 1 if the model
+/// states no rotor, so that drives without data have equal weights.
 double drive_inertia(const Model& model, int velocity);
 
-/// s of (7.20), where it differs from what `after` asks of the held rows, the last ones, by more than rounding; nothing
-/// where no drive has to give way. `null_space`: the self-stresses of `rows`, as of solve_impulsive_constraint().
+/// s of (7.20), if it differs from the values `after` of the held rows, the last ones, by more than rounding; empty if
+/// no drive is overpowered. `null_space`: the self-stresses of `rows`, as from solve_impulsive_constraint().
 std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
                                                        const Eigen::MatrixXd& null_space);
 
-/// Per held rate, whether its drive gave way: whether it is off what it was told by more than rounding. `velocity`: of
-/// the whole model, after the impact.
+/// Per held rate, whether its drive is overpowered: whether it deviates from the prescribed value by more than
+/// rounding. `velocity`: of the whole model, after the impact.
 std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> held, std::span<const double> velocity);
 
 }  // namespace grapnel

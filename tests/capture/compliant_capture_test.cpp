@@ -287,7 +287,7 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   p.impact->compliant.longest = 5e-3;
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
-  expect_passes(r);  // 4e-4 of the energy is left in the springs
+  expect_passes(r);  // 4e-4 of the energy remains in the springs
   EXPECT_EQ(r.impact->compliant->end, "time_over");
   EXPECT_NEAR(r.impact->duration, 5e-3, 1e-15);
   EXPECT_GT(r.impact->compliant->residual_impulse, 1e-3);

@@ -120,8 +120,8 @@ TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
   const CaptureResult stiff = completed(p);
   EXPECT_NEAR(braked.impact->by_modes[6].impulses[0], norm(stiff.impact->grasps[0].impulse), 1e-9);
   EXPECT_FALSE(stiff.impact->held_joints.empty());
-  EXPECT_TRUE(warns(r, "depends on how many modes answer it"));
-  EXPECT_FALSE(warns(none, "depends on how many modes answer it"));
+  EXPECT_TRUE(warns(r, "depends on the number of responding modes"));
+  EXPECT_FALSE(warns(none, "depends on the number of responding modes"));
 }
 
 // The stiffer the links the nearer is everything to the thesis's rigid robot, with nothing that answers the impact.

@@ -289,10 +289,10 @@ TEST(CompliantContacts, RefuseBadArguments) {
   refuses([](CentralPair& p, auto&) { p.contact.friction = 0.1, p.contact.slip_speed = 0; }, "slip_speed");
   refuses([](CentralPair& p, auto&) { p.contact.model = ContactForceModel::hunt_crossley, p.contact.exponent = 0.5; },
           "exponent");
-  refuses([](CentralPair& p, auto&) { p.contact.target_body = 0; }, "one body on both sides");
-  refuses([](CentralPair& p, auto&) { p.contact.robot_body = 9; }, "no body of the model");
-  refuses([](CentralPair& p, auto&) { p.contact.p_WC = {NAN, 0, 0}; }, "finite point");
-  refuses([](CentralPair& p, auto&) { p.state.v.pop_back(); }, "another model's size");
+  refuses([](CentralPair& p, auto&) { p.contact.target_body = 0; }, "both sides are the same body");
+  refuses([](CentralPair& p, auto&) { p.contact.robot_body = 9; }, "a body is not in the model");
+  refuses([](CentralPair& p, auto&) { p.contact.p_WC = {NAN, 0, 0}; }, "the point is not finite");
+  refuses([](CentralPair& p, auto&) { p.state.v.pop_back(); }, "size differs from the model");
   refuses([](CentralPair& p, auto&) { p.state.v[3] = NAN; }, "not finite");
   refuses([](auto&, CompliantSetup& s) { s.longest = 0; }, "longest");
   refuses([](auto&, CompliantSetup& s) { s.settled = 1; }, "settled");

@@ -130,7 +130,7 @@ TEST(RedundantContacts, WedgedBodiesComeToRest) {
 // Newton's hypothesis demands that they part all the same.
 TEST(RedundantContacts, WedgedBodiesThatMustPartAreAFailure) {
   const ContactPath path = follow_contacts(groove(0.1, 0.6, RestitutionHypothesis::newton, 0));
-  EXPECT_EQ(path.failure, "bodies are wedged at rest, and forces that are to part them grow without end");
+  EXPECT_EQ(path.failure, "bodies are wedged at rest, and the forces that separate them grow without bound");
   EXPECT_LT(path.steps, 2000);
 }
 
