@@ -225,8 +225,9 @@ TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
   // One node does not determine how far the solids extend, and wrong places are found. (Of a plate one node, whose
   // solids are on a line, would not fix it either.)
   const std::string one = fmt::format("3,0,{},{}\n", kSide / 2, kHeight);
-  EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the solids"), std::string::npos);
-  EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not go with the matrices"),
+  EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the expanded solids"),
+            std::string::npos);
+  EXPECT_NE(reduce(folder, "plate", "1,0,0,0\n2,0,0.15,0.03\n5,0,0.6,0\n").fault.find("do not match the matrices"),
             std::string::npos);
 }
 

@@ -202,7 +202,7 @@ TEST(ComponentModes, OfTiedNodes) {
   tied.nodes.pop_back();
   EXPECT_FALSE(
       component_modes(drop_rotations(mass), drop_rotations(with_arms.stiffness()), tied, {}, settings(4), faults));
-  EXPECT_THAT(faults.all().back().message, HasSubstr("three that are not on one line"));
+  EXPECT_THAT(faults.all().back().message, HasSubstr("three nodes that are not on one line"));
 }
 
 // Nastran's displacements may be along the axes of other systems: only the interface's nodes have to be along the
@@ -223,7 +223,7 @@ TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
   };
   EXPECT_EQ(fault(""), "");
   EXPECT_EQ(fault("GRID,101,5,0.,0.,0.,0\nGRID,102,,1.,0.,0.,7\n"), "");  // CD of another node; CP does not matter
-  EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has its displacements in coordinate system 7"));
+  EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has displacements in coordinate system 7"));
   EXPECT_THAT(fault("GRID         101              0.      0.      0.       7\n"), HasSubstr("coordinate system 7"));
   EXPECT_THAT(fault("GRID*                101                              0.              0.\n"
                     "*                     0.               7\n"),
@@ -238,14 +238,14 @@ TEST(ComponentModes, SayWhatIsWrong) {
   EXPECT_THAT(fault_of(good, {}), HasSubstr("the interface is missing"));
   ElementInterface rows;
   rows.rows = {0, 1, 2, 3, 4, 5};
-  EXPECT_THAT(fault_of(good, rows), HasSubstr("given by nodes"));
+  EXPECT_THAT(fault_of(good, rows), HasSubstr("state the interface by nodes"));
   ElementInterface nodes;
   nodes.nodes = {{101, 0, 0, 0, {}}, {7, 1, 0, 0, {}}};
   EXPECT_THAT(fault_of(good, nodes), HasSubstr("node 7 is not in the matrices"));
 
   FrameModel held = good;  // a spring to the ground
   held.K(20, 20) += 100;
-  EXPECT_THAT(fault_of(held, at_node(101)), HasSubstr("held elsewhere than at the interface"));
+  EXPECT_THAT(fault_of(held, at_node(101)), HasSubstr("has supports besides the interface"));
   FrameModel apart(good.nodes);  // the arm hangs on nothing
   for (int i = 0; i < 6; ++i) {
     if (i != 3) apart.add_beam(i, i + 1, {});
@@ -253,13 +253,13 @@ TEST(ComponentModes, SayWhatIsWrong) {
   EXPECT_THAT(fault_of(apart, at_node(101)), HasSubstr("can move without stiffness"));
   FrameModel soft = good;  // indefinite
   soft.K(13, 13) -= 1e6;
-  EXPECT_THAT(fault_of(soft, at_node(101)), HasSubstr("can move without stiffness, at node"));
+  EXPECT_THAT(fault_of(soft, at_node(101)), HasSubstr("can move without stiffness, for example at node"));
   FrameModel light = good;
   light.M(14, 14) -= 5;
   EXPECT_THAT(fault_of(light, at_node(101)), HasSubstr("mass"));
   FrameModel unequal = good;  // more mass along x than along y
   for (int i = 0; i < unequal.M.rows(); i += 6) unequal.M(i, i) *= 1.5;
-  EXPECT_THAT(fault_of(unequal, at_node(101)), HasSubstr("the same in all directions"));
+  EXPECT_THAT(fault_of(unequal, at_node(101)), HasSubstr("equal in all directions"));
 }
 
 }  // namespace component_modes_test
