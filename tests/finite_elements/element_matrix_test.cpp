@@ -240,7 +240,7 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   EXPECT_THAT(fault("a.mtx", "%%MatrixMarket matrix coordinate complex hermitian\n"),
               HasSubstr("'coordinate complex hermitian'"));
   EXPECT_THAT(fault("a.mtx", head + "3 4 1\n1 1 1\n"), HasSubstr("a.mtx:2:3: the matrix must be square"));
-  EXPECT_THAT(fault("a.mtx", head + "3 3 2\n1 1 1\n"), HasSubstr("1 entries follow, 2 the head states"));
+  EXPECT_THAT(fault("a.mtx", head + "3 3 2\n1 1 1\n"), HasSubstr("1 entries follow, but the head states 2"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 1\n2 2 2\n"), HasSubstr("more entries follow"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 4 1\n"), HasSubstr("a.mtx:3:3: a row or column must be from 1 to 3"));
   EXPECT_THAT(fault("a.mtx", head + "3 3 1\n1 1 nan\n"), HasSubstr("a.mtx:3:5: 'nan' is not a finite number"));
