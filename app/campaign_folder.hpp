@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file A campaign and its result folder: the start of the computation, and the results written from its rows.
+/// @file
+/// A campaign and its result folder: the start of the computation, and the results written from its rows.
 
 #include <CLI/CLI.hpp>
 

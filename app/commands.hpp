@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The program's subcommands. Each returns the exit code: 0 success; 1 the simulation or its conservation checks
+/// @file
+/// The program's subcommands. Each returns the exit code: 0 success; 1 the simulation or its conservation checks
 /// failed, or a file could not be written; 2 bad input; 3 some points or cases of a study failed; 130 stopped by
 /// Ctrl-C.
 

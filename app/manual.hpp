@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The program's manual, generated from its argument parser: a man page, a page of the documentation, and shell
+/// @file
+/// The program's manual, generated from its argument parser: a man page, a page of the documentation, and shell
 /// completions.
 
 #include <string>

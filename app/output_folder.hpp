@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Result folders, and the report in them.
+/// @file
+/// Result folders, and the report in them.
 
 #include <filesystem>
 #include <optional>

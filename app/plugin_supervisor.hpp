@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A second process that watches the program while it runs plugins. A plugin that calls _exit(), kills the
-/// process or crashes beyond the reach of its handlers (plugin/plugin_crash.hpp) must not count as success.
+/// @file
+/// A second process that watches the program while it runs plugins. A plugin that calls _exit(), kills the process or
+/// crashes beyond the reach of its handlers (plugin/plugin_crash.hpp) must not count as success.
 
 namespace grapnel::app {
 

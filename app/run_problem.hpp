@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file One capture, simulated, written and printed: of a scenario, a point of a sweep or a case of a campaign.
+/// @file
+/// One capture, simulated, written and printed: of a scenario, a point of a sweep or a case of a campaign.
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Output on stdout and stderr, progress of long work, and settings of the process: its files, its threads, and
-/// the signals that stop it.
+/// @file
+/// Output on stdout and stderr, progress of long work, and settings of the process: its files, its threads, and the
+/// signals that stop it.
 
 #include <fmt/format.h>
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file An instance of an exported plant: the common implementation of both versions of FMI. The functions of the
-/// standards in fmi2.cpp and fmi3.cpp only translate.
+/// @file
+/// An instance of an exported plant: the common implementation of both versions of FMI. The functions of the standards
+/// in fmi2.cpp and fmi3.cpp only translate.
 
 #include <cstddef>
 #include <filesystem>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The working data of a run: the problem, the bodies' current state, the joints' control, the schedule of
-/// grasps, the monitors, and the result.
+/// @file
+/// The working data of a run: the problem, the bodies' current state, the joints' control, the schedule of grasps, the
+/// monitors, and the result.
 
 #include <map>
 #include <memory>

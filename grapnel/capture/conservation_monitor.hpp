@@ -1,9 +1,10 @@
 #pragma once
 
-/// @file Checks of conservation. In motion: momentum and energy of each group of bodies that touch, at each sample,
-/// relative to the initial values of the group and all inputs since. A group is the servicer with the targets it holds,
-/// or a free target; during an impact the bodies that meet are one group. At impacts: the residuals of the equations
-/// that define their solutions.
+/// @file
+/// Checks of conservation. In motion: momentum and energy of each group of bodies that touch, at each sample, relative
+/// to the initial values of the group and all inputs since. A group is the servicer with the targets it holds, or a
+/// free target; during an impact the bodies that meet are one group. At impacts: the residuals of the equations that
+/// define their solutions.
 
 #include <optional>
 #include <span>

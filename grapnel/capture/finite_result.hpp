@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Checks that a result's numbers are finite.
+/// @file
+/// Checks that a result's numbers are finite.
 
 #include <string>
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Events between pieces of motion, at which velocities jump: grasps close or contacts touch, in an instantaneous
-/// or compliant impact; brakes lock joints; grasps release.
+/// @file
+/// Events between motion segments, at which velocities jump: grasps close or contacts touch, in an instantaneous or
+/// compliant impact; brakes lock joints; grasps release.
 
 #include "grapnel/capture/capture_run.hpp"
 #include "grapnel/capture/phase_segment.hpp"

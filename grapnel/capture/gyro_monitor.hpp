@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Observes control moment gyros: angles, rates, torques, and intervals near singularities of the array. Thread
-/// safety: one thread at a time.
+/// @file
+/// Observes control moment gyros: angles, rates, torques, and intervals near singularities of the array. Thread safety:
+/// one thread at a time.
 
 #include <span>
 
@@ -16,7 +17,7 @@ class GyroMonitor {
   /// The problem must outlive this.
   explicit GyroMonitor(const CaptureProblem& problem);
 
-  /// A piece of motion begins.
+  /// A motion segment begins.
   void begin_phase(const PhaseDynamics& dynamics);
   /// Whether steps must be evaluated: gyros are steered.
   bool looks() const { return steered_; }

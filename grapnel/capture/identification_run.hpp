@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Identification of a held target in a run: samples at the clock's sample times, the estimate, and the model
-/// that laws use before and after (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
+/// @file
+/// Identification of a held target in a run: samples at the clock's sample times, the estimate, and the model that laws
+/// use before and after (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
 
 #include <limits>
 #include <memory>
@@ -34,7 +35,7 @@ class IdentificationRun {
   explicit IdentificationRun(const CaptureProblem& problem);
 
   void begin_post_impact(double time);
-  /// Begins a piece of motion. Samples of another model are discarded.
+  /// Begins a motion segment. Samples of another model are discarded.
   void begin_piece(const CaptureSystem& system, double time);
   /// The model that the laws use in that piece; null: the true one.
   std::shared_ptr<const Model> law_model(const CaptureSystem& system) const;

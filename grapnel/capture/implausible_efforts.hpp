@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Warnings of efforts beyond any real robot joint, for joints without an effort limit.
+/// @file
+/// Warnings of efforts beyond any real robot joint, for joints without an effort limit.
 
 #include <string>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Observes joints with static friction, stops or motor data. Thread safety: one thread at a time.
+/// @file
+/// Observes joints with static friction, stops or motor data. Thread safety: one thread at a time.
 
 #include <string>
 #include <vector>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A law that moves all joints together, during a compliant impact: continuously, or at the sample times of the
-/// run's clock.
+/// @file
+/// A law that moves all joints together, during a compliant impact: continuously, or at the sample times of the run's
+/// clock.
 
 #include <memory>
 

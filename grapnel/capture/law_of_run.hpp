@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Private to this module: the interface between LawRun and a law, and the available laws.
+/// @file
+/// Private to this module: the interface between LawRun and a law, and the available laws.
 
 #include <functional>
 #include <memory>
@@ -14,7 +15,7 @@
 
 namespace grapnel {
 
-/// A law in a run: converts a problem's settings to the law of each piece of motion, and to its report.
+/// A law in a run: converts a problem's settings to the law of each motion segment, and to its report.
 class LawOfRun {
  public:
   /// Receives conditions that end a law: a margin that falls to zero, the kind of end, and the joint.
@@ -34,7 +35,7 @@ class LawOfRun {
     static_cast<void>(system);
     return true;
   }
-  /// Begins a piece of motion with the law; its report begins with the first piece. `law_model`: the model that the law
+  /// Begins a motion segment with the law; its report begins with the first piece. `law_model`: the model that the law
   /// uses, with the same bodies and joints. Both live until the piece ends. `known`: the state with the posture as the
   /// law knows it, from which it takes its references; `state`: the true one, for the report.
   virtual std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,

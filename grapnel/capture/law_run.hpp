@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file A law that moves all joints together: when it acts, when it ends and why.
+/// @file
+/// A law that moves all joints together: when it acts, when it ends and why.
 
 #include <memory>
 #include <optional>
@@ -18,9 +19,9 @@ class LawRun {
 
   /// Begins the motion after the impact, in which the law may act.
   void begin_post_impact(const CaptureSystem& system, const State& known);
-  /// Begins a piece of motion; returns whether the law ends because its target is not held any more.
+  /// Begins a motion segment; returns whether the law ends because its target is not held any more.
   bool ends_by_release(const CaptureSystem& system, double time);
-  /// Begins a piece of motion. Returns the law if one acts in it. `system` lives until the piece ends. `law_model`: the
+  /// Begins a motion segment. Returns the law if one acts in it. `system` lives until the piece ends. `law_model`: the
   /// model that the law uses; null: the true one. `known`: the state with the posture as the laws know it.
   std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const State& state, const State& known,
                                         double time, std::shared_ptr<const Model> law_model = nullptr);

@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Scales for deviations of momentum and energy of one group of touching bodies: the maximum size of its motion,
-/// its exchange, and floors from its mass, size, position and the duration of the run. Equations: docs/theory.md,
-/// section 9.
+/// @file
+/// Scales for deviations of momentum and energy of one group of touching bodies: the maximum size of its motion, its
+/// exchange, and floors from its mass, size, position and the duration of the run. Equations: docs/theory.md, section
+/// 9.
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/capture_problem.hpp"

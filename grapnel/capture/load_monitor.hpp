@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The maximum loads of each phase: transmitted by joints and grasps, exerted by drives and base control, found
-/// in every step of the integrator; and the loads of impacts.
+/// @file
+/// The maximum loads of each phase: transmitted by joints and grasps, exerted by drives and base control, found in
+/// every step of the integrator; and the loads of impacts.
 
 #include <functional>
 #include <limits>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The sequence of phases after the approach: conditions that end a phase before its duration, and the change to
-/// the next one.
+/// @file
+/// The sequence of phases after the approach: conditions that end a phase before its duration, and the change to the
+/// next one.
 
 #include "grapnel/capture/capture_run.hpp"
 #include "grapnel/capture/phase_segment.hpp"
@@ -9,7 +10,7 @@
 namespace grapnel {
 
 /// Falls to zero when the rates and momenta that end the current phase are reached; empty if no such condition applies
-/// in the piece of motion that begins. `system` must outlive it.
+/// in the motion segment that begins. `system` must outlive it.
 StopCondition phase_condition(const CaptureRun& run, const CaptureSystem& system);
 
 /// Begins the current phase of the sequence: attitude control, set points of the joints, laws.

@@ -72,7 +72,7 @@ double for_slow_motion(double absolute_tolerance, double relative_tolerance, dou
   return std::pow(10, std::floor(std::log10(wanted)));  // cases in lanes share one tolerance
 }
 
-// Tolerances of a piece of motion. External effects are integrated, not recovered from conserved momenta, and
+// Tolerances of a motion segment. External effects are integrated, not recovered from conserved momenta, and
 // integration errors of the impulse appear in the ledger in full: such phases use a tenth of the tolerances. A motion
 // that is slow throughout has tolerances relative to its speed, so that it meets the ledger's relative bounds on energy
 // at any speed.
@@ -246,7 +246,7 @@ void PhaseSegment::take_part(PhaseOutcome outcome, const PhaseMeasures& measures
 // Takes a phase that was integrated and observed elsewhere.
 void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measures) {
   if (!task_.only_here.empty())
-    throw std::logic_error("a piece of motion that must be integrated by the run itself: " + task_.only_here);
+    throw std::logic_error("a motion segment that must be integrated by the run itself: " + task_.only_here);
   if (observed_) run_.monitor.take(measures);
   run_.monitor.note_last_look(outcome.end_time);
 }

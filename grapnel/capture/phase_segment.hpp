@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file One piece of a run's motion, between two events: its drives, its observers, and its integration.
+/// @file
+/// One piece of a run's motion, between two events: its drives, its observers, and its integration.
 
 #include <coroutine>
 #include <exception>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Plans of an approach with estimates of the targets: the initial plan, and replanning during the approach.
+/// @file
+/// Plans of an approach with estimates of the targets: the initial plan, and replanning during the approach.
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/capture/capture_run.hpp"

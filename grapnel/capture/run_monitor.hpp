@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file All observers of a run, which do not change it: the time series, the checks of conservation, of closed loops
-/// and of impacts, clearance and joint limits, and the loads. One object that receives every phase, sample and impact
-/// once.
+/// @file
+/// All observers of a run, which do not change it: the time series, the checks of conservation, of closed loops and of
+/// impacts, clearance and joint limits, and the loads. One object that receives every phase, sample and impact once.
 
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/gyro_monitor.hpp"

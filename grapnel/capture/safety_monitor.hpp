@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Checks besides conservation: clearance of all bodies with shapes, joint limits, and closure of loops, in every
+/// @file
+/// Checks besides conservation: clearance of all bodies with shapes, joint limits, and closure of loops, in every
 /// phase.
 
 #include <optional>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Detects gains of sampled laws that are too large for the sample time.
+/// @file
+/// Detects gains of sampled laws that are too large for the sample time.
 
 #include <string>
 #include <vector>

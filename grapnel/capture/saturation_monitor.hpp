@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Durations for which actuators of the base are at their limits, by integration steps: wheels, control moment
-/// gyros and thrusters. Saturated drives of joints and base control are LimitEvents; write() adds them up. Thread
-/// safety: one thread at a time.
+/// @file
+/// Durations for which actuators of the base are at their limits, by integration steps: wheels, control moment gyros
+/// and thrusters. Saturated drives of joints and base control are LimitEvents; write() adds them up. Thread safety: one
+/// thread at a time.
 
 #include <string>
 #include <vector>
@@ -21,7 +22,7 @@ class SaturationMonitor {
  public:
   explicit SaturationMonitor(const CaptureProblem& problem);
 
-  /// A piece of motion begins; the system lives until it ends.
+  /// A motion segment begins; the system lives until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
   /// Whether the phase has actuators to observe.
   bool looks() const { return looks_; }

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The sensors of a run: their readings at the clock's sample times, the values that laws receive, and their
-/// errors (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
+/// @file
+/// The sensors of a run: their readings at the clock's sample times, the values that laws receive, and their errors
+/// (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
 
 #include <deque>
 #include <optional>
@@ -30,10 +31,10 @@ class SensorRun : public SensorReader {
   /// All of these must outlive it. The problem has a clock.
   SensorRun(const CaptureProblem& problem, IdentificationRun& identification);
 
-  /// A piece of motion begins; `system` lives until it ends.
+  /// A motion segment begins; `system` lives until it ends.
   void begin_piece(const CaptureSystem& system);
 
-  /// The state at `time`, between two pieces of motion, with joint positions and the base's attitude as known to a law
+  /// The state at `time`, between two motion segments, with joint positions and the base's attitude as known to a law
   /// that takes its set point from them: from the reading due at `time`, otherwise from the last one. Other values, and
   /// those without a sensor, are the true ones. Takes no reading.
   State known_posture(const CaptureSystem& system, const State& truth, double time) const;

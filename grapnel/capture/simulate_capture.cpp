@@ -30,7 +30,7 @@ MotionPhase begin_approach(CaptureRun& run);
 bool goes_on(const CaptureRun& run);
 void check_and_report(CaptureRun& run);
 
-// A capture from its plan to its report, or only its impact. Suspends at every piece of motion; the caller may
+// A capture from its plan to its report, or only its impact. Suspends at every motion segment; the caller may
 // integrate it before resuming, otherwise it is integrated on resumption.
 Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const std::optional<CaptureTime>& chosen) {
   try {
@@ -38,7 +38,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
     warn_of_comparisons(run);
     plan_motion(run, chosen);
 
-    // The approach: pieces of motion between grasps that close at stated times or on arrival.
+    // The approach: motion segments between grasps that close at stated times or on arrival.
     if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan) {
       PhaseSegment whole = PhaseSegment::unobserved_approach(run);
       co_await whole;
@@ -263,12 +263,12 @@ const MotionTask* CaptureSteps::next() {
 }
 
 void CaptureSteps::integrated(PhaseOutcome outcome, const PhaseMeasures& measures) {
-  if (!work_->segment) throw std::logic_error("CaptureSteps: no piece of motion to integrate");
+  if (!work_->segment) throw std::logic_error("CaptureSteps: no motion segment to integrate");
   work_->segment->take(std::move(outcome), measures);
 }
 
 void CaptureSteps::integrated_in_part(PhaseOutcome outcome, const PhaseMeasures& measures, double next_step) {
-  if (!work_->segment) throw std::logic_error("CaptureSteps: no piece of motion to integrate");
+  if (!work_->segment) throw std::logic_error("CaptureSteps: no motion segment to integrate");
   work_->segment->take_part(std::move(outcome), measures, next_step);
 }
 

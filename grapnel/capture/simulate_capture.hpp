@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A capture from start to end: in one call, or piece by piece if the caller integrates its motion. Public API,
-/// kept stable.
+/// @file
+/// A capture from start to end: in one call, or piece by piece if the caller integrates its motion. Public API, kept
+/// stable.
 
 #include <functional>
 #include <limits>
@@ -32,7 +33,7 @@ CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgr
 CaptureResult simulate_impact_only(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
                                    const CaptureProgress& progress = {});
 
-/// One piece of motion, between two events.
+/// One motion segment, between two events.
 struct MotionTask {
   std::string phase;             // its name, such as "approach", "post_impact_2"
   const Model* model = nullptr;  // model and setup live until the task is done
@@ -54,7 +55,7 @@ struct MotionTask {
   StopCondition stop;
 };
 
-/// The same captures, with their pieces of motion handed out for integration elsewhere, as in lanes with those of other
+/// The same captures, with their motion segments handed out for integration elsewhere, as in lanes with those of other
 /// captures:
 ///
 ///     CaptureSteps steps(problem, CaptureDetail::columns);
@@ -75,7 +76,7 @@ class CaptureSteps {
   CaptureSteps(const CaptureSteps&) = delete;
   CaptureSteps& operator=(const CaptureSteps&) = delete;
 
-  /// Advances to the next piece of motion, which is valid until the next call: plans, closes and releases grasps.
+  /// Advances to the next motion segment, which is valid until the next call: plans, closes and releases grasps.
   /// Integrates the previous piece first, unless that has been done elsewhere. Null: none is left, or the run has
   /// failed. @throws CaptureProblemError as the constructor, and exceptions of progress.
   const MotionTask* next();

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Stability of control loops, evaluated from the oscillation of the controlled rates, and rest of the motion
-/// after the impact. Thread safety: one thread at a time.
+/// @file
+/// Stability of control loops, evaluated from the oscillation of the controlled rates, and rest of the motion after the
+/// impact. Thread safety: one thread at a time.
 
 #include <limits>
 #include <optional>
@@ -71,7 +72,7 @@ class StabilityMonitor {
  public:
   explicit StabilityMonitor(const CaptureProblem& problem);
 
-  /// Begins a piece of motion; both arguments live until it ends. `moved_by_law`: a law moves joints together, whose
+  /// Begins a motion segment; both arguments live until it ends. `moved_by_law`: a law moves joints together, whose
   /// rates are not errors.
   void begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                    bool moved_by_law, bool after_impact);

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Observes thrusters: their use of propellant, and bodies in their plumes. Thread safety: one thread at a time.
+/// @file
+/// Observes thrusters: their use of propellant, and bodies in their plumes. Thread safety: one thread at a time.
 
 #include <memory>
 #include <string>
@@ -17,7 +18,7 @@ class ThrusterMonitor {
   /// The problem must outlive this.
   explicit ThrusterMonitor(const CaptureProblem& problem) : problem_(problem) {}
 
-  /// Begins a piece of motion; both arguments live until it ends.
+  /// Begins a motion segment; both arguments live until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
   /// Whether steps must be evaluated: thrusters with plumes may fire.
   bool looks() const { return !watched_.empty(); }

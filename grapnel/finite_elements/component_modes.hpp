@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file Converts the matrices of a free finite-element model to the data of a flexible body in a robot file: mass,
-/// centre of mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of
-/// docs/theory.md.
+/// @file
+/// Converts the matrices of a free finite-element model to the data of a flexible body in a robot file: mass, centre of
+/// mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of docs/theory.md.
 
 #include <optional>
 #include <vector>

@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Mass and stiffness matrices of finite-element models in formats of structural analysis programs: Matrix Market
-/// or Abaqus's matrix output (.mtx), a table (.csv), CalculiX's matrix storage (.mas, .sti, with the .dof file beside
-/// it), Nastran's DMIG entries (.pch, .bdf, .dat, .nas, .dmig) and OUTPUT4 (.op4), text or binary.
+/// @file
+/// Mass and stiffness matrices of finite-element models in formats of structural analysis programs: Matrix Market or
+/// Abaqus's matrix output (.mtx), a table (.csv), CalculiX's matrix storage (.mas, .sti, with the .dof file beside it),
+/// Nastran's DMIG entries (.pch, .bdf, .dat, .nas, .dmig) and OUTPUT4 (.op4), text or binary.
 
 #include <Eigen/SparseCore>
 #include <compare>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Common parts of the readers of matrix files: lines with their numbers, Fortran's number formats, the entries
-/// of a matrix. Internal to this module.
+/// @file
+/// Common parts of the readers of matrix files: lines with their numbers, Fortran's number formats, the entries of a
+/// matrix. Internal to this module.
 
 #include <Eigen/SparseCore>
 #include <filesystem>

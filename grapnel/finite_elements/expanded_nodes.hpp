@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Shells and beams that CalculiX expands to solids: each of their nodes becomes several, whose rows all have the
-/// name of the original node and whose positions no file contains. Internal to this module.
+/// @file
+/// Shells and beams that CalculiX expands to solids: each of their nodes becomes several, whose rows all have the name
+/// of the original node and whose positions no file contains. Internal to this module.
 
 #include <Eigen/SparseCore>
 #include <array>

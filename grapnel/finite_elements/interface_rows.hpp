@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The rows of a model's matrices that form its interface, and their motions with it. Internal to this module.
+/// @file
+/// The rows of a model's matrices that form its interface, and their motions with it. Internal to this module.
 
 #include <Eigen/Core>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file An FMU for co-simulation: unpacked, parsed, its binary loaded. Its code runs in this process with all its
-/// rights.
+/// @file
+/// An FMU for co-simulation: unpacked, parsed, its binary loaded. Its code runs in this process with all its rights.
 
 #include <filesystem>
 #include <memory>

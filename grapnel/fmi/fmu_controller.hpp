@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file FMUs as controllers. At the first sample the FMU is initialized with the values sensed then, and its outputs
-/// are the command. At each later sample it has been stepped from the previous sample, with the values sensed there,
-/// and its outputs are the command. A command therefore depends on values sensed one sample earlier, in addition to
+/// @file
+/// FMUs as controllers. At the first sample the FMU is initialized with the values sensed then, and its outputs are the
+/// command. At each later sample it has been stepped from the previous sample, with the values sensed there, and its
+/// outputs are the command. A command therefore depends on values sensed one sample earlier, in addition to
 /// ControlTiming::delay, as in co-simulation with held inputs.
 
 #include <memory>

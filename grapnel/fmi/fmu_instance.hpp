@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file An instance of an FMU of either version of the standard.
+/// @file
+/// An instance of an FMU of either version of the standard.
 
 #include <memory>
 #include <span>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The connections between the variables of an FMU and the signals of a controller. Internal to this module.
+/// @file
+/// The connections between the variables of an FMU and the signals of a controller. Internal to this module.
 
 #include <string>
 #include <variant>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The description of an FMU: its modelDescription.xml.
+/// @file
+/// The description of an FMU: its modelDescription.xml.
 
 #include <optional>
 #include <stdexcept>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file An impact resolved in time: contacts and grasps are springs and dampers, and the whole system moves during the
+/// @file
+/// An impact resolved in time: contacts and grasps are springs and dampers, and the whole system moves during the
 /// impact; gives force histories.
 ///
 /// Momenta of free trees are integrated as the impulses of contacts and grasps, and the roots' velocities follow from

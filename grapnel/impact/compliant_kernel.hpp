@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file The equations of a compliant impact, (12.1) to (12.11), for any scalar: doubles, or packs with a different
-/// instant in each lane. compliant_system.hpp instantiates them for doubles; the translation units
-/// compliant_packs_SET.cpp for packs.
+/// @file
+/// The equations of a compliant impact, (12.1) to (12.11), for any scalar: doubles, or packs with a different instant
+/// in each lane. compliant_system.hpp instantiates them for doubles; the translation units compliant_packs_SET.cpp for
+/// packs.
 
 #include <cmath>
 #include <span>

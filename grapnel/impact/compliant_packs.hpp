@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The equations of a compliant impact in packs: a different instant of one impact in each lane. The stages of an
+/// @file
+/// The equations of a compliant impact in packs: a different instant of one impact in each lane. The stages of an
 /// implicit step, the columns of its Jacobian and the samples of histories are independent of each other.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Scales of all quantities in a compliant impact, estimated from the rigid one: references for errors.
+/// @file
+/// Scales of all quantities in a compliant impact, estimated from the rigid one: references for errors.
 
 #include <Eigen/Core>
 

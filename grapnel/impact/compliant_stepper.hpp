@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Integration of a CompliantSystem, one step of the Radau method at a time, with events; and its recorder.
+/// @file
+/// Integration of a CompliantSystem, one step of the Radau method at a time, with events; and its recorder.
 
 #include "grapnel/impact/compliant_system.hpp"
 #include "grapnel/integrate/radau_iia.hpp"

@@ -2,7 +2,7 @@
 
 /// @file
 /// The differential equations of a compliant impact (docs/theory.md, section 12) of one model: their tables, single
-/// points in doubles, many points at once in packs.
+/// points in doubles, many points in packs.
 
 #include <memory>
 #include <optional>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The data of the equations of a compliant impact (compliant_kernel.hpp): plain data, which files compiled for
-/// an instruction set may include.
+/// @file
+/// The data of the equations of a compliant impact (compliant_kernel.hpp): plain data, which files compiled for an
+/// instruction set may include.
 
 #include <cstdint>
 

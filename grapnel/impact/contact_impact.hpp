@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Impact of contacts that are not grasps: unilateral, with restitution and Coulomb friction, any number
+/// @file
+/// Impact of contacts that are not grasps: unilateral, with restitution and Coulomb friction, any number
 /// simultaneously.
 ///
 /// All hypotheses follow the same path in the space of impulses and differ in its end (docs/theory.md, section 11).

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file The path of simultaneous contacts through the space of impulses, at one configuration (docs/theory.md, section
-/// 11).
+/// @file
+/// The path of simultaneous contacts through the space of impulses, at one configuration (docs/theory.md, section 11).
 ///
 /// In an inner time every contact has a linear normal spring of infinitesimal size and Coulomb friction on a rigid
 /// tangent plane; the hypothesis of restitution determines how the spring unloads. For one contact the result does not

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The equations of the inner time of contact_path.hpp, (11.3) to (11.8), and one step of DOP853, for any scalar:
+/// @file
+/// The equations of the inner time of contact_path.hpp, (11.3) to (11.8), and one step of DOP853, for any scalar:
 /// doubles, or packs with a different path in each lane. contact_path_motion.cpp instantiates them for doubles; the
 /// translation units contact_path_packs_SET.cpp for packs.
 

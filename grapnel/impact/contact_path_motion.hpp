@@ -1,8 +1,8 @@
 #pragma once
 
-/// @file State of the inner time of contact_path.hpp and the contacts' phases: the input of steps and derived
-/// quantities. Dimensionless: velocities relative to the fastest approach, W to its largest normal entry, stiffness to
-/// the largest.
+/// @file
+/// State of the inner time of contact_path.hpp and the contacts' phases: the input of steps and derived quantities.
+/// Dimensionless: velocities relative to the fastest approach, W to its largest normal entry, stiffness to the largest.
 
 #include <Eigen/Core>
 #include <algorithm>

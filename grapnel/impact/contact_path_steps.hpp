@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Explicit steps of several paths of contact_path.hpp in parallel, one path per lane, with individual step
-/// sizes, phases and holds. Portable code writes inputs and reads results; the computation is compiled once per
-/// instruction set (contact_path_kernel.hpp).
+/// @file
+/// Explicit steps of several paths of contact_path.hpp in parallel, one path per lane, with individual step sizes,
+/// phases and holds. Portable code writes inputs and reads results; the computation is compiled once per instruction
+/// set (contact_path_kernel.hpp).
 
 #include <memory>
 #include <optional>

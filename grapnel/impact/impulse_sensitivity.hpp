@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Sensitivities of impulses and base rate of a plastic impact: derivatives of plastic_impact() by dual numbers
-/// through the kernels and implicit differentiation of its equations (docs/theory.md, section 13). Limitations: first
-/// order, at this configuration; effects of replanning the approach are not included.
+/// @file
+/// Sensitivities of impulses and base rate of a plastic impact: derivatives of plastic_impact() by dual numbers through
+/// the kernels and implicit differentiation of its equations (docs/theory.md, section 13). Limitations: first order, at
+/// this configuration; effects of replanning the approach are not included.
 
 #include <Eigen/Core>
 #include <string>
@@ -27,22 +28,23 @@ struct ImpulseSensitivity {
 };
 
 /// The parameters, in this order, for every grasp:
-/// - "relative velocity x", y, z [m/s] and "relative angular velocity x", y, z [rad/s]: of the end-effector against the
-///   target at the contact point, in W; it is the target's twist that changes (of a shared target at all its grasps).
-/// - "angle of attack x", y, z [rad]: the relative velocity turns about these axes of W, its size kept; likewise by the
-///   target's velocity.
-/// - "approach angle x", y, z [rad]: the end-effector turns about the contact point, about these axes of W. Contact
-///   point, base and all targets, their motion, and where and how all end-effectors move stay: with J the Jacobians of
-///   all grasping bodies by the joints between them and the base, these move by dq = J^+ [axis; 0] (zero for the other
-///   grasps) and their rates follow by J^+ (-dJ v), the least sum of squares [rad, m] where redundant. A hinge's axis
-///   turns with the end-effector. Axes that the arm cannot follow are left out (planar arm: x and y).
-/// - "contact offset x", y, z [m]: the contact point moves in W, on both bodies alike.
-/// and for every target, with its motion kept: "target mass" [kg], its centre of mass and its inertia about it kept,
-/// and "target inertia xx", yy, zz [kg m^2], about the centre of mass, in the target's axes.
+/// - "relative velocity x", y, z [m/s] and "relative angular velocity x", y, z [rad/s]: of the end-effector relative
+///   to the target at the contact point, in W; the target's twist changes (of a shared target at all its grasps).
+/// - "angle of attack x", y, z [rad]: the relative velocity rotates about these axes of W with constant magnitude;
+/// likewise
+///   by the target's velocity.
+/// - "approach angle x", y, z [rad]: the end-effector rotates about the contact point, about these axes of W. Contact
+///   point, base and all targets, their motion, and the motion of all end-effectors are unchanged. With J the Jacobians
+///   of all grasping bodies by the joints between them and the base, these move by dq = J^+ [axis; 0] (zero for the
+///   other grasps) and their rates follow by J^+ (-dJ v), the minimum-norm solution [rad, m] if redundant. A hinge's
+///   axis rotates with the end-effector. Axes that the arm cannot follow are omitted (planar arm: x and y).
+/// - "contact offset x", y, z [m]: the contact point moves in W, equally on both bodies.
+/// Then, for every target, with its motion unchanged: "target mass" [kg], with its centre of mass and its inertia about
+/// it unchanged, and "target inertia xx", yy, zz [kg m^2], about the centre of mass, in the target's axes.
 ///
-/// `root`: the robot's base. `held`: as of plastic_impact(). The value after the impact is a constant (a brake's), but
-/// if it equals the present rate and is not zero the drive is taken to keep whatever rate the joint comes with.
-/// @throws std::invalid_argument if a grasp's target is not a free body, or the state is another model's.
+/// `root`: the robot's base. `held`: as for plastic_impact(). The value after the impact is a constant (a brake's); but
+/// if it equals the current rate and is not zero, the drive keeps any initial rate of the joint.
+/// @throws std::invalid_argument if a grasp's target is not a free body, or the state belongs to another model.
 std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const State& state, int root,
                                                       std::span<const Grasp> grasps,
                                                       std::span<const HeldRate> held = {});

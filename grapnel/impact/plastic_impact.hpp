@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Simultaneous plastic impact of all grasps: the end-effectors and the targets move together afterwards.
+/// @file
+/// Simultaneous plastic impact of all grasps: the end-effectors and the targets move together afterwards.
 ///
 /// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-
 ///

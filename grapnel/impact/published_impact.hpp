@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it uses J thetadot as the end-effectors'
-/// twist, which is valid only for zero momentum of the robot, so it does not conserve momentum through an impact.
+/// @file
+/// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it uses J thetadot as the end-effectors' twist,
+/// which is valid only for zero momentum of the robot, so it does not conserve momentum through an impact.
 
 #include <string>
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A compliant impact (ImpactSetup::Law::compliant): from a contact to the loads of its grasps and contacts,
-/// instant by instant.
+/// @file
+/// A compliant impact (ImpactSetup::Law::compliant): from a contact to the loads of its grasps and contacts, instant by
+/// instant.
 
 #include <functional>
 

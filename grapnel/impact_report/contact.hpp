@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The instant of contact: distances of end-effectors from their grasp points, whether the grippers can close,
-/// and the resulting grasps.
+/// @file
+/// The instant of contact: distances of end-effectors from their grasp points, whether the grippers can close, and the
+/// resulting grasps.
 
 #include <optional>
 

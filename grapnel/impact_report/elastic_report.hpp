@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Flexible modes: frequencies of a capture's system in a posture, and the dependence of a plastic impact on the
+/// @file
+/// Flexible modes: frequencies of a capture's system in a posture, and the dependence of a plastic impact on the
 /// responding modes.
 
 #include "grapnel/impact_report/impact_report.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Additional results of an impact: measures and sensitivities, and loads relative to the robot's ratings.
+/// @file
+/// Additional results of an impact: measures and sensitivities, and loads relative to the robot's ratings.
 
 #include "grapnel/impact_report/impact_report.hpp"
 #include "grapnel/problem/capture_problem.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Loads transmitted by joints and grasps at an instant of a motion: d'Alembert's principle body by body, and the
+/// @file
+/// Loads transmitted by joints and grasps at an instant of a motion: d'Alembert's principle body by body, and the
 /// multipliers of (2.11) as internal wrenches.
 
 #include <vector>

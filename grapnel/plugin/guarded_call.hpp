@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Calls into external code.
+/// @file
+/// Calls into external code.
 
 #include <fmt/format.h>
 

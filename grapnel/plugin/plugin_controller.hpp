@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Controllers from shared libraries, by the C interface of grapnel_controller.h. A plugin runs in this process
-/// with all its rights: treat a scenario that names a plugin like a program.
+/// @file
+/// Controllers from shared libraries, by the C interface of grapnel_controller.h. A plugin runs in this process with
+/// all its rights: treat a scenario that names a plugin like a program.
 
 #include <memory>
 #include <string>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Identifies the plugin that crashed or ended the process.
+/// @file
+/// Identifies the plugin that crashed or ended the process.
 
 #include <string>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The end of a plugin's instances: the time of destroy(), and its errors.
+/// @file
+/// The end of a plugin's instances: the time of destroy(), and its errors.
 
 #include <functional>
 #include <string>

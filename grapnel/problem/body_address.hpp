@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Addresses of bodies in a capture's model, so that bodies of two models of one problem are matched by structure
+/// @file
+/// Addresses of bodies in a capture's model, so that bodies of two models of one problem are matched by structure
 /// instead of by name.
 
 #include <compare>

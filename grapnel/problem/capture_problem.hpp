@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A capture to be simulated, as plain data: the content of a scenario file after units and names are resolved,
-/// or the input of a program; the level of detail of its results, and the progress callback. Public API, kept stable.
+/// @file
+/// A capture to be simulated, as plain data: the content of a scenario file after units and names are resolved, or the
+/// input of a program; the level of detail of its results, and the progress callback. Public API, kept stable.
 
 #include <cstdint>
 #include <functional>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The mechanical system of a capture problem: servicer and targets in one model, and the indices of their parts.
+/// @file
+/// The mechanical system of a capture problem: servicer and targets in one model, and the indices of their parts.
 
 #include <stdexcept>
 #include <string>

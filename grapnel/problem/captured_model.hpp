@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The system while grasps hold: each target hangs on the first arm that grasps it, and each further grasp of it
-/// closes a loop; and the frame in which a run is computed.
+/// @file
+/// The system while grasps hold: each target hangs on the first arm that grasps it, and each further grasp of it closes
+/// a loop; and the frame in which a run is computed.
 
 #include <span>
 

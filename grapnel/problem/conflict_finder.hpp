@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Private to this module: the common base of the files that find a problem's conflicts. Each checks one part of
-/// the problem and appends its conflicts to one list.
+/// @file
+/// Private to this module: the common base of the files that find a problem's conflicts. Each checks one part of the
+/// problem and appends its conflicts to one list.
 
 #include <fmt/format.h>
 

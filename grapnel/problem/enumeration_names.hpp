@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The names of enumerators of problems in files, messages and results, in the order of the values. JointControl
-/// and JointType have separate tables.
+/// @file
+/// The names of enumerators of problems in files, messages and results, in the order of the values. JointControl and
+/// JointType have separate tables.
 
 #include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"

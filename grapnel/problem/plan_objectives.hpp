@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The objectives of a plan: each with its weight, its unit and a description. One row per objective.
+/// @file
+/// The objectives of a plan: each with its weight, its unit and a description. One row per objective.
 
 #include "grapnel/problem/capture_problem.hpp"
 

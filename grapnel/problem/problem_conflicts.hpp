@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Conflicts between parts of a capture problem: times in order, grasps that an impact law supports, requirements
-/// of a form of approach. These checks apply to problems from files, to those that campaigns modify, and to those made
-/// by programs. The range of a single value is checked with its description. Names are resolved where files are read.
+/// @file
+/// Conflicts between parts of a capture problem: times in order, grasps that an impact law supports, requirements of a
+/// form of approach. These checks apply to problems from files, to those that campaigns modify, and to those made by
+/// programs. The range of a single value is checked with its description. Names are resolved where files are read.
 
 #include <string>
 #include <vector>

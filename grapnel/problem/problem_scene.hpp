@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The shapes of a problem's bodies, for drawings.
+/// @file
+/// The shapes of a problem's bodies, for drawings.
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/scene.hpp"

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The reaction torque of moving arms on their base. Thread safety: pure functions.
+/// @file
+/// The reaction torque of moving arms on their base. Thread safety: pure functions.
 
 #include <span>
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Attitude control of a base: a torque on a free root by a given law.
+/// @file
+/// Attitude control of a base: a torque on a free root by a given law.
 
 #include <limits>
 

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Actuation of the base: the torque on a free root that laws command, given from outside, by reaction wheels,
-/// control moment gyros or thrusters; and thrusters that dump the wheels' momentum. PhaseDynamics obtains from it the
+/// @file
+/// Actuation of the base: the torque on a free root that laws command, given from outside, by reaction wheels, control
+/// moment gyros or thrusters; and thrusters that dump the wheels' momentum. PhaseDynamics obtains from it the
 /// contributions to efforts, forces and prescribed rates, and the changes of its modes. Thread safety: one thread at a
 /// time.
 
@@ -116,7 +117,7 @@ class BaseActuation {
 
   // --- Time ---
 
-  /// Begins a piece of motion; times that differ by less than `same` are equal [s].
+  /// Begins a motion segment; times that differ by less than `same` are equal [s].
   void begin(double t, double same);
   /// Advances to the time t.
   void reach(double t);

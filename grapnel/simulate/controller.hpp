@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Controllers, which compute efforts of joints and a torque on the base from the state, and sampled control, in
-/// which commands are computed at the sample times of an on-board clock and held until the next command.
+/// @file
+/// Controllers, which compute efforts of joints and a torque on the base from the state, and sampled control, in which
+/// commands are computed at the sample times of an on-board clock and held until the next command.
 ///
 /// Thread safety: a controller and a clock belong to one run, and to one thread at a time.
 

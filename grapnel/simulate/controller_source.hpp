@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Source of user-defined controllers that are not libraries with the C interface: an FMU, or a program that uses
+/// @file
+/// Source of user-defined controllers that are not libraries with the C interface: an FMU, or a program that uses
 /// Grapnel.
 
 #include <memory>

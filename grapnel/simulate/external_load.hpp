@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A wrench on a body as a given function of time: thruster plumes, the spring of a docking mechanism, a
-/// disturbance test; and the pressure of a stream of air or light, which depends on the body's attitude.
+/// @file
+/// A wrench on a body as a given function of time: thruster plumes, the spring of a docking mechanism, a disturbance
+/// test; and the pressure of a stream of air or light, which depends on the body's attitude.
 
 #include <limits>
 #include <optional>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The small convex programs of joints at rest (docs/theory.md, section 19): which of them slip, whether friction
-/// can hold all, and which of several admissible sets of friction efforts is reported. Thread safety: free functions.
+/// @file
+/// The small convex programs of joints at rest (docs/theory.md, section 19): which of them slip, whether friction can
+/// hold all, and which of several admissible sets of friction efforts is reported. Thread safety: free functions.
 
 #include <Eigen/Core>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Settings of the integration of a phase.
+/// @file
+/// Settings of the integration of a phase.
 
 namespace grapnel {
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Joint control: the table of control laws, and the laws themselves including joint friction, as templates for a
+/// @file
+/// Joint control: the table of control laws, and the laws themselves including joint friction, as templates for a
 /// single capture (double) and for many in SIMD lanes (packs, grapnel/lanes/). A new law is a value of JointControl,
 /// its row in kJointControls and its case in control_law::command().
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Motion of one joint over a whole phase: consecutive pieces in time, each a profile between two points or a
+/// @file
+/// Motion of one joint over a whole phase: consecutive pieces in time, each a profile between two points or a
 /// polynomial.
 
 #include <span>

@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Arrays of single-gimbal control moment gyros as actuators: gimbal rates that give a torque on the carrying
-/// body, and the motors of gimbals and rotors. Gimbals and rotors are bodies of the model with their own joints, so
-/// that the model includes their momentum, energy and gyroscopic coupling. Thread safety: one thread at a time.
+/// @file
+/// Arrays of single-gimbal control moment gyros as actuators: gimbal rates that give a torque on the carrying body, and
+/// the motors of gimbals and rotors. Gimbals and rotors are bodies of the model with their own joints, so that the
+/// model includes their momentum, energy and gyroscopic coupling. Thread safety: one thread at a time.
 
 #include <cstdint>
 #include <limits>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A reference orbit, and the forces on bodies near it in a frame that falls with it without rotation
-/// (docs/theory.md, section 14).
+/// @file
+/// A reference orbit, and the forces on bodies near it in a frame that falls with it without rotation (docs/theory.md,
+/// section 14).
 ///
 /// The field is the linear part of the difference between the gravity at a point and that at the reference point. Its
 /// relative error is some 3/2 of the distance over the orbit's radius: 2e-6 at 10 m above the Earth, 2e-3 at 10 km.

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file A model with joint controllers and gravity, or the field near an orbit, as a differential equation, including
-/// the integrals for its conservation checks.
+/// @file
+/// A model with joint controllers and gravity, or the field near an orbit, as a differential equation, including the
+/// integrals for its conservation checks.
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse; likewise for each tree, if there are external effects. They are under error control: for

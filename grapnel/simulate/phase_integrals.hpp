@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Integrals of a phase: the work of motors, of friction and of external effects, and the external impulse; in
-/// total and of each tree. The integrals as returned, their places among the integrated numbers, and their rates, as
+/// @file
+/// Integrals of a phase: the work of motors, of friction and of external effects, and the external impulse; in total
+/// and of each tree. The integrals as returned, their places among the integrated numbers, and their rates, as
 /// templates for a single capture (double) and for many in SIMD lanes (packs, grapnel/lanes/).
 
 #include <cmath>

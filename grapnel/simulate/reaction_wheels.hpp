@@ -1,8 +1,9 @@
 #pragma once
 
-/// @file Arrays of reaction wheels as actuators: motor torques that give a torque on the carrying body, within the
-/// motors' torques and the wheels' rates. The wheels are bodies of the model with their own joints, so that the model
-/// includes their momentum, energy and gyroscopic coupling. Thread safety: one thread at a time.
+/// @file
+/// Arrays of reaction wheels as actuators: motor torques that give a torque on the carrying body, within the motors'
+/// torques and the wheels' rates. The wheels are bodies of the model with their own joints, so that the model includes
+/// their momentum, energy and gyroscopic coupling. Thread safety: one thread at a time.
 
 #include <limits>
 #include <optional>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file A controller that replays a log of commands, row by row.
+/// @file
+/// A controller that replays a log of commands, row by row.
 
 #include <memory>
 #include <string>

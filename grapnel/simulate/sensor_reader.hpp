@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file The interface of sensors read at the sample times of sampled control, and the noise and rounding of readings.
-/// Thread safety: a reader belongs to one run, and to one thread at a time.
+/// @file
+/// The interface of sensors read at the sample times of sampled control, and the noise and rounding of readings. Thread
+/// safety: a reader belongs to one run, and to one thread at a time.
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Integrates one phase and provides samples. Thread safety: as PhaseDynamics.
+/// @file
+/// Integrates one phase and provides samples. Thread safety: as PhaseDynamics.
 
 #include <functional>
 #include <optional>

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Minimum-propellant on-times of thrusters for a torque. Thread safety: pure functions and an immutable object.
+/// @file
+/// Minimum-propellant on-times of thrusters for a torque. Thread safety: pure functions and an immutable object.
 
 #include <Eigen/Core>
 #include <optional>

@@ -1,7 +1,8 @@
 #pragma once
 
-/// @file Valves of thrusters: opening and closing, rise and fall of forces, and propellant used. A bank belongs to a
-/// run and outlives the run's pieces, like ControlClock. Thread safety: one thread at a time.
+/// @file
+/// Valves of thrusters: opening and closing, rise and fall of forces, and propellant used. A bank belongs to a run and
+/// outlives the run's pieces, like ControlClock. Thread safety: one thread at a time.
 
 #include <limits>
 #include <optional>
@@ -42,7 +43,7 @@ class ThrusterBank {
 
   // --- Valves; times must not decrease ---
 
-  /// Begins a piece of motion at t. If the valves were not advanced up to then, as during a compliant impact, they were
+  /// Begins a motion segment at t. If the valves were not advanced up to then, as during a compliant impact, they were
   /// closed in between.
   void begin(double t, double same);
   /// Advances to the time t: due valves close, and the propellant used is added up. No edge lies between two calls

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Sensor errors of joints, from a seed: smooth noise of limited bandwidth.
+/// @file
+/// Sensor errors of joints, from a seed: smooth noise of limited bandwidth.
 
 #include <cstdint>
 #include <vector>
