@@ -56,7 +56,7 @@ class Campaign : public test::ProgramRun {
                      "keep: {columns: [captured, grasps]}\n" +
                      more);
   }
-  // A process of its own: its number.
+  // A separate process: its number.
   pid_t start(const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;

@@ -1,4 +1,4 @@
-// HDF5 files of a campaign that are damaged and yet have a valid checksum: the program says so and goes on.
+// Damaged HDF5 files of a campaign with valid checksums: the program reports them and continues.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -93,7 +93,7 @@ TEST_F(Outputs, NoStudyIsReplacedByItsResults) {
   EXPECT_FALSE(fs::exists(folder_ / "shards"));
 }
 
-// A campaign makes its folder "series" anew.
+// A campaign recreates its folder "series".
 TEST_F(Outputs, NoScenarioIsRemovedWithOlderSeries) {
   fs::create_directories(folder_ / "series" / "case-1");
   std::string text = read_text(quick("mine.yaml"));

@@ -203,7 +203,7 @@ TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
   EXPECT_FALSE(kept["ledger"]["linear_momentum_drift"].contains("advice"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / "timeseries.h5"));
 
-  // What is there to be compared with is no result either.
+  // A result for comparison only is not a success.
   const Outcome published = run("run " + planned + " --set impact.law=as_published -o p --no-report");
   EXPECT_EQ(published.code, 1);
   EXPECT_THAT(published.err, HasSubstr("linear_momentum_drift is "));
@@ -211,7 +211,7 @@ TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
   EXPECT_EQ(run("run " + planned + " -o good --no-report").code, 0);
 }
 
-// The published case: a target moved to a tip that nobody judged, and shapes that overlap later.
+// The published case: a target moved to a tip without an evaluated envelope, and shapes that overlap later.
 TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
   const Outcome o = run("run " + scenario(kCase1) + " -o r");
   EXPECT_EQ(o.code, 0) << o.err;
@@ -232,7 +232,7 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
   EXPECT_EQ(summary["feasibility"]["first"]["time"], summary["feasibility"]["valid_until"]);
   EXPECT_EQ(summary["feasibility"]["worst"]["kind"], "overlap");
 
-  // Nobody looks: neither yes nor no; and from far away it is no capture.
+  // Without checks the verdict is neither yes nor no; from far away there is no capture.
   const Outcome unseen = run("run " + scenario(kCase1) + kShort + "--set clearance.enabled=false -o r");
   EXPECT_THAT(unseen.out, HasSubstr("\nfeasible: not checked; clearance: switched off by clearance.enabled\n"));
   const Outcome far = run("run " + scenario(kCase1) + kShort +
@@ -344,8 +344,8 @@ TEST_F(Program, InfoListsActuators) {
   EXPECT_THAT(o.out, HasSubstr("propellant for the thrusters: 60 kg"));
 }
 
-// --- What is hardly meant
-// -----------------------------------------------------------------------------------------------
+// --- Implausible input
+// ------------------------------------------------------------------------------------------------
 
 std::string first_plan(const std::string& changes) {
   return "run " GRAPNEL_SOURCE_DIR "/scenarios/first-plan.yaml --no-report -o r" + changes;
@@ -389,8 +389,8 @@ TEST_F(Program, APlanThatFailsNamesItsSuspects) {
                                "origin, and its shape ends at 0.5 m"));
 }
 
-// --- What is said, and where
-// --------------------------------------------------------------------------------------------
+// --- Messages and streams
+// ---------------------------------------------------------------------------------------------
 
 TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
   const std::string both = (folder_ / "both").string();

@@ -129,7 +129,7 @@ TEST_F(Report, WhereItCannotBeWrittenThatIsSaid) {
   EXPECT_THAT(o.err, HasSubstr("occupied"));
 }
 
-// The results are there and are said; that the page is not there is an error of its own.
+// The results exist and are printed; the missing page is a separate error.
 TEST_F(Report, WhatCannotBeWrittenTakesNoResultsWithIt) {
   fs::create_directories(folder_ / "r" / "report.html" / "in the way");
   const std::string error = "grapnel: error: no report: cannot write r/report.html: Is a directory\n";
@@ -170,7 +170,7 @@ TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
   EXPECT_TRUE(read_text(folder_ / "s" / "report.html") == first);
 }
 
-// A terminal would obey what somebody put into the table.
+// A terminal would execute control characters in the table.
 TEST_F(Report, ADamagedTableIsNamedWithoutItsControlCharacters) {
   write("study.yaml",
         "name: two\nscenario: " GRAPNEL_SOURCE_DIR

@@ -229,7 +229,7 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
   std::size_t compared = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "here")) {
     const fs::path file = fs::relative(entry.path(), folder_ / "here");
-    if (!entry.is_regular_file() || file.filename() == "manifest.json") continue;  // which says where the campaign is
+    if (!entry.is_regular_file() || file.filename() == "manifest.json") continue;  // contains the path of the campaign
     EXPECT_TRUE(read_text(entry.path()) == read_text(folder_ / "there/under" / file)) << file;
     ++compared;
   }

@@ -1,5 +1,4 @@
-/// What drives the robot after a capture, together: thrusters, wheels and joints as they are, in the balances of
-/// momentum and energy.
+/// All actuators together after a capture: thrusters, wheels and joints, in the balances of momentum and energy.
 
 #include <gtest/gtest.h>
 

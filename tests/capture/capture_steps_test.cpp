@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace capture_steps_test {
 
-// As somebody else would do it, with sums of their own.
+// Integrates like an external caller, with its own sums.
 struct Elsewhere {
   PhaseOutcome outcome;
   PhaseMeasures measures;
@@ -101,7 +101,7 @@ TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
   }
 }
 
-// Somebody else integrates the first part of every piece of motion, the run the rest: balances are those of both.
+// An external caller integrates the first part of every motion segment, the run the rest: balances equal those of both.
 TEST(CaptureSteps, MotionMayBeBegunElsewhere) {
   const CaptureProblem p = problem();
   const auto begun = [&](double deviation) {
@@ -175,7 +175,7 @@ TEST(CaptureSteps, WhatIsRecordedIsIntegratedHere) {
   EXPECT_THROW(recorded.integrated({}, {}), std::logic_error);
 }
 
-// Shows a piece of motion to what watches it, at its longest looks.
+// Passes a motion segment to its observers, at the maximum interval.
 void look_at(const MotionTask& task) {
   PhaseDynamics dynamics(*task.model, *task.setup);
   const auto observe = [&](const PhaseSample& s) { task.watch(s.time, s.state, s.motor); };

@@ -119,7 +119,7 @@ TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
   EXPECT_LT(chosen.window.time, expected + 3e-3);
   EXPECT_EQ(chosen.problem.approach->duration, chosen.window.time);
   EXPECT_FALSE(chosen.problem.approach->window);
-  // The points are in the order of time, both ends among them, and what is out of reach says so.
+  // The points are in the order of time, including both ends, and unreachable ones are marked.
   const std::vector<WindowPoint>& points = chosen.window.points;
   EXPECT_EQ(points.front().time, 20);
   EXPECT_EQ(points.back().time, 32);
@@ -255,7 +255,7 @@ TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
   EXPECT_LT(meeting(stated, r, 0, end).distance(), 1e-9);
 }
 
-// A plan that is made anew on the way keeps the time, and what was said of it.
+// Replanning during the approach keeps the time of capture and its report.
 TEST(CaptureWindow, ReplanningKeepsTheTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
@@ -274,7 +274,8 @@ TEST(CaptureWindow, ReplanningKeepsTheTime) {
   EXPECT_NEAR(r.plan->window->points.front().reach_share, norm(seems) / arms_reach(), 1e-12);
 }
 
-// The thesis's robot, and a target too far for it at all times: said at once, by how much, and when not.
+// The thesis's robot, and a target that is out of reach at all times: the error comes immediately, with the distance
+// and the times.
 TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
@@ -341,7 +342,7 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
   p.targets[0].grasp_points[0].approach_direction = Vector3d{-1, 0, 0};
   p.grasps[0].orientation = GraspSetup::Orientation::axis;
   p.approach->window = CaptureWindow{5, 20, 1, Choose::soonest};
-  // The spoke at angle a: free from where it is perpendicular to the way from the joint, which is at the origin.
+  // The spoke at angle a: free where it is perpendicular to the line from the joint, which is at the origin.
   const double expected = std::acos(-kArm / kAway) / kRate;
   const CaptureTime chosen = choose_capture_time(p);
   ASSERT_EQ(chosen.failure, "");
@@ -354,14 +355,14 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
     EXPECT_EQ(point.reason.find("approach direction of grasp point") != std::string::npos, away) << point.time;
   }
   EXPECT_GE(chosen.window.time, expected);
-  // Where nobody asks for the direction it does not matter.
+  // Without a required direction it has no effect.
   p.grasps[0].orientation = GraspSetup::Orientation::free;
   const CaptureTime any = choose_capture_time(p);
   EXPECT_EQ(any.window.time, 5);
   EXPECT_GT(any.window.points.front().direction_angle, 0.5 * std::numbers::pi);
 }
 
-// Where something from outside moves the servicer, momentum does not say where it is, and distances rule nothing out.
+// If external forces move the servicer, momentum does not determine its position, and distances exclude nothing.
 TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);

@@ -175,7 +175,7 @@ TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
     for (const GraspImpulse& g : i.grasps) {
       for (bool d : g.determined) undetermined += d ? 0 : 1;
     }
-    // Every body's share is unique: here they are rigid together, and the total momentum says what each has.
+    // Every body's share is unique: here they are rigid together, and the total momentum determines each share.
     Vector3d total = Vector3d::zero();
     for (const BodyImpulse& b : i.body_impulses) total = total + b.impulse;
     EXPECT_LT(norm(total), 1e-11 * r.ledger.scale.linear_momentum);
@@ -258,7 +258,7 @@ TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
     if (fits) {
       EXPECT_LT(r.impact->loops[0].gap(), 1e-5);
     }
-    // The misfit: of hand 2 against the target, both moving with their bodies after the impact.
+    // The violation: of hand 2 relative to the target, both moving with their bodies after the impact.
     const std::size_t first = first_sample(r, "post_impact");
     const Posed X_WT = pose_at(r, "targets/sphere", first);
     const Twistd V_T = twist_at(r, "targets/sphere", first), V_E = twist_at(r, "end_effectors/tip-2", first);
@@ -277,7 +277,7 @@ TEST(PublishedAngles, WrongVelocitiesOpenTheLoopLinearly) {
   }
 }
 
-// With projection the misfit is mended at once and the loop stays closed: the ledger lists the correction as such.
+// With projection the violation is corrected immediately and the loop stays closed: the ledger lists the correction.
 TEST(PublishedAngles, ProjectionDoesNotHideWrongVelocities) {
   const CaptureResult r = simulate_capture(published(Law::published, IntegrationSetup::Loops::projection, 10));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -412,8 +412,7 @@ TEST(OneGraspMissed, IsTheOpenChainOfTheOthers) {
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;
   for (const Series& s : open.series.series) {
-    if (s.path == "clearance/minimum")
-      continue;  // a hand that is to grasp a target may touch it, one that is not may not
+    if (s.path == "clearance/minimum") continue;  // a hand may touch the target of its grasp, but no other
     const Series& other = series(cut, s.path);
     EXPECT_EQ(std::memcmp(s.data.data(), other.data.data(), s.data.size() * sizeof(double)), 0) << s.path;
     ++compared;

@@ -1,4 +1,5 @@
-/// Impacts in time through whole captures: forces in the time series, books, and the rigid law as their limit.
+/// Compliant impacts in whole captures: forces in the time series, conservation checks, and the rigid law as their
+/// limit.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -102,7 +103,7 @@ TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
     }
     previous = off;
   }
-  // The duration goes with 1 / sqrt(stiffness), and what moves meanwhile with it.
+  // The duration is proportional to 1 / sqrt(stiffness), and so is the motion during the impact.
   EXPECT_NEAR(rate, 0.5, 0.1);
 }
 
@@ -298,7 +299,7 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   EXPECT_GT(r.impact->compliant->elastic_energy_after, 0);
 }
 
-// A contact whose impact is cut off has not parted: its energy is not forgotten, and nobody says that it parts.
+// A contact whose impact is cut off has not separated: its energy counts, and it is not reported as separated.
 TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
   const CaptureProblem whole = soft_rebound(2);
   const CaptureResult over = simulate_capture(whole);
@@ -351,7 +352,7 @@ TEST(CompliantImpact, IsRefusedInClosedLoops) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, HasSubstr("closed loops"));
-  ASSERT_TRUE(r.impact);  // the first, of two hands on one target, has happened
+  ASSERT_TRUE(r.impact);  // the first, of two hands on one target, has occurred
   EXPECT_EQ(r.impact->grasps.size(), 2u);
 }
 
@@ -365,7 +366,7 @@ TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
   const CaptureResult met = simulate_impact_only(now);
   const Vector3d u = meeting(now, met, 0, 0).relative_velocity();
   const double speed = norm(u);
-  const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on the way to it
+  const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on its path
   const Vector3d hand = met.impact->grasps[0].contact_point;
   p.targets[0].X_WT.p += (hand - gap) - (p.targets[0].X_WT * p.targets[0].grasp_points[0].X_TG.p);
   p.robot.end_effectors[0].envelope = CaptureEnvelope{0.04};

@@ -1,5 +1,5 @@
-/// What conservation is judged by: groups of bodies that touch, scales that cannot vanish, a frame that moves with the
-/// system; and what is said where a check fails.
+/// Scales of conservation checks: groups of touching bodies, scales that cannot vanish, a frame that moves with the
+/// system; and the messages of failed checks.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -220,7 +220,7 @@ TEST_P(InOrbit, NothingChangesButTheFrame) {
 }
 INSTANTIATE_TEST_SUITE_P(Random, InOrbit, ::testing::Range(0, 6));
 
-// What has entered is told about W's origin, wherever it is computed.
+// External impulses are reported about W's origin, independent of the frame of the computation.
 TEST(Conservation, TheBooksOfTheTimeSeriesCloseInTheWorldWhileGravityActs) {
   CaptureProblem p = on_grid(random_capture(2));
   p.gravity = {0.01, -0.02, 0.03};
@@ -253,7 +253,7 @@ TEST(Conservation, TheBooksOfTheTimeSeriesCloseInTheWorldWhileGravityActs) {
   EXPECT_NEAR(balance(end), balance(0), 1e-9 * value_at(r, "system/kinetic_energy", end));
 }
 
-// --- What is said where a check fails ---
+// --- Messages of failed checks ---
 
 std::string advice(const CaptureProblem& p, const std::string& name) {
   const CaptureResult r = simulate_capture(p);

@@ -104,8 +104,8 @@ TEST(Refuse, WithinTheLimitIsWeldAsFound) {
   EXPECT_EQ(norm(r.impact->grasps[0].impulse - welded.impact->grasps[0].impulse), 0);
 }
 
-// Two arms on one target: it moves by the mean of the two gaps.
-// A target is not moved from beyond the arm's reach, unless somebody asks for that.
+// Two arms on one target: it moves by the mean of the two gaps. A target is not moved from beyond the arm's reach,
+// unless the user sets contact.largest_gap.
 TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
@@ -146,7 +146,7 @@ TEST(TranslateTarget, SharedTargetMovesByTheMean) {
   EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
 }
 
-// Nobody judges a grasp without an envelope: it is assumed, with the gap it bridges.
+// A grasp without an envelope is not evaluated: it is assumed, with the gap that it bridges.
 TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
@@ -178,7 +178,7 @@ TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
   }
 }
 
-// From 38 m away nothing is captured unless somebody asks for it.
+// From 38 m away nothing is captured unless the user sets contact.largest_gap.
 TEST(LargestGap, IsATenthOfTheReachUnlessStated) {
   CaptureProblem p = thesis_case_pd();
   p.contact.largest_gap.reset();
@@ -222,7 +222,7 @@ double least_clearance(const CaptureResult& r) {
   return least;
 }
 
-// Where nobody looked the answer is neither yes nor no.
+// Without a check the verdict is neither yes nor no.
 TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   CaptureProblem p = lagging();
   const CaptureResult none = simulate_capture(p);
@@ -247,7 +247,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   EXPECT_EQ(off.ledger.feasibility(), Verdict::not_checked);
   EXPECT_EQ(row(off, "clearance_violation").not_checked, "switched off by clearance.enabled");
 
-  // What is found is a no, whatever else nobody looked at.
+  // A violation gives the verdict no, even if other checks are missing.
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.rate = 1e-3;
   const CaptureResult slow = simulate_capture(p);
   EXPECT_EQ(slow.ledger.feasibility(), Verdict::no);

@@ -255,7 +255,7 @@ TEST(Saturation, OfThrusters) {
   EXPECT_THAT(strong.flown().saturation, IsEmpty());
 }
 
-// What base control is told to stay within rates nothing: it is saturated there, and has no margin.
+// The limit of base control applies to the command, not to a rating: it saturates, and has no margin.
 TEST(Saturation, OfBaseControlIsNoMargin) {
   Satellite satellite;
   satellite.base = "[0.1, -0.2, 0.3]", satellite.base_control = "{kp: 0.2, kd: 1, limit: 0.05}";

@@ -17,7 +17,7 @@ namespace envelope_test {
 using ::testing::HasSubstr;
 using Orientation = GraspSetup::Orientation;
 
-// Case 1 with a motion afterwards; both hands miss by centimetres and move against their targets.
+// Case 1 with a motion afterwards; both hands deviate by centimetres and move relative to their targets.
 CaptureProblem grasping() {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = 10;
@@ -166,7 +166,7 @@ TEST(CaptureAtEnvelope, EndsTheApproachWhereTheExcessVanishes) {
   EXPECT_EQ(never.status, CaptureStatus::completed);
   EXPECT_EQ(never.capture_time, 10);
   EXPECT_FALSE(never.captured() || never.impact);
-  // Inside from the first: at once.
+  // Inside from the start: immediately.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 100, e.envelope->velocity = 100;
   const CaptureResult at_once = simulate_capture(p);
   EXPECT_EQ(at_once.status, CaptureStatus::completed);

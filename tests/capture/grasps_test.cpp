@@ -96,7 +96,7 @@ TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
   EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // they do turn in their grasps
 }
 
-// The target receives the opposite at the same point: its momentum change says so.
+// The target receives the opposite impulse at the same point: checked by its change of momentum.
 TEST(Impulses, TargetsReceiveTheOpposite) {
   for (int i = 110; i < 116; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -107,7 +107,7 @@ TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
   const std::size_t last = impulse.data.size() - 3;
   const double size = std::hypot(impulse.data[last], impulse.data[last + 1], impulse.data[last + 2]);
   std::printf("[ measured ] external impulse %.6g N s of %.6g\n", size, 2 * 1.5);
-  EXPECT_NEAR(size, 3, 0.05);  // the base turns a little meanwhile
+  EXPECT_NEAR(size, 3, 0.05);  // the base turns slightly during this time
 }
 
 TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
@@ -189,8 +189,8 @@ TEST(GyroCapture, ASingularArrayIsSaid) {
               r.gyros->largest_torque_lacking);
 }
 
-// The arms alone keep the base's attitude beside gyros that nobody steers: the law knows that their motors keep gimbals
-// and rotors at their rates.
+// The arms alone keep the base's attitude while the gyros are not steered: the law includes that their motors hold
+// gimbals and rotors at their rates.
 TEST(GyroCapture, ArmsKeepTheBaseBesideGyrosThatStandStill) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(load_scenario(

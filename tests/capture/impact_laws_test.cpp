@@ -1,5 +1,5 @@
-/// Every instantaneous impact law through a whole capture: what the law promises, what is conserved, and that the run
-/// goes on.
+/// Every instantaneous impact law in a whole capture: its defining equations, conservation, and the continuation of the
+/// run.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(Restitution, OneContactThrowsTheNormalVelocityBackAndTheTargetIsFree) {
     EXPECT_LT(rebound.note(std::abs(normal_speed(p, r, 0, s + 1) + e * before) / -before, i), 1e-11);  // 2e-15
     EXPECT_LT(momentum.note(momentum_jump(r, s, s + 1), i), 1e-13);                                    // measured 4e-16
     EXPECT_LT(pushed.note(targets_pushed(p, r, after), i), 1e-12);                                     // measured 2e-15
-    EXPECT_EQ(r.series.time.back(), 2);  // the run goes on
+    EXPECT_EQ(r.series.time.back(), 2);  // the run continues
     EXPECT_FALSE(r.grasps.at(0).captured);
     EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at"));
     const GraspImpulse& g = r.impact->grasps.at(0);
@@ -172,7 +172,7 @@ TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrasp) {
   EXPECT_FALSE(r.grasps[0].captured);
 }
 
-// Two hands of few joints on one target: some rows say the same.
+// Two hands of few joints on one target: some rows are redundant.
 TEST(BilateralRestitution, ThatNoMotionHasNamesItsRows) {
   LoopOptions options;
   options.joints = 1;
@@ -300,7 +300,8 @@ TEST(JointsDuring, BrakedAndDrivenKeepTheirRatesAndTheBooksCountThem) {
   }
 }
 
-// By hand: with all joints braked the servicer is one rigid body, and the plastic impact of two rigid bodies is closed.
+// Closed form: with all joints braked the servicer is one rigid body, and the plastic impact of two rigid bodies has a
+// formula.
 TEST(JointsDuring, BrakedIsTheImpactOfRigidBodies) {
   CaptureProblem p = meeting_case(3);
   p.grasps.pop_back(), p.targets.pop_back();

@@ -24,7 +24,7 @@ TEST(JointWrenches, DriveAsInverseDynamicsSays) {
     Forces forces = random_forces(model, state, random);
     std::vector<double> vdot(state.v.size());
     for (double& a : vdot) a = random.uniform(-2, 2);
-    // Inverse dynamics with gravity and joint friction of its own would not compare.
+    // Inverse dynamics with gravity and joint friction would not be comparable.
     forces.gravity = Vector3d::zero();
     const std::vector<Wrenchd> through = joint_wrenches(model, forward_kinematics(model, state), vdot, forces.external);
     const std::vector<double> tau = inverse_dynamics(model, state, vdot, forces);
@@ -60,7 +60,7 @@ TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
     double axis = 0, size = 0;
     for (const JointImpulse& j : r.impact->joints)
       axis = std::max(axis, std::abs(j.along_axis)), size = std::max(size, norm(j.angular_impulse));
-    // Free joints pass nothing on along their axes, but for what the axes turn meanwhile.
+    // Free joints transmit nothing along their axes, except for the rotation of the axes during the impact.
     std::printf("[ measured ] along the axes %.3g of %.3g N m s\n", axis, size);
     EXPECT_LT(axis, 2e-2 * size);  // measured 4e-3, 4e-5
     if (previous > 0) {

@@ -286,7 +286,7 @@ TEST(LoopsUnderControl, TheBaseComesBackToItsAttitude) {
   EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
 }
 
-// Motors with gains keep the loop near its shape; the dynamics of the closed loop says how they do.
+// Motors with gains keep the loop near its shape; compared with the dynamics of the closed loop.
 TEST(LoopsUnderControl, MotorsBringJointsToRest) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.1, 120}, 93);
@@ -398,7 +398,8 @@ TEST(LoopsFarAway, StayAsClosed) {
 
 // --- Two hands on one arm
 
-// Both hands on one link: the loop has no joints at all. Closed, or answered; never thrown at the caller.
+// Both hands on one link: the loop has no joints. It is closed or reported as an error, without an exception to the
+// caller.
 TEST(TwoHandsOfOneArm, CloseALoopOnOneLinkOrSeveral) {
   for (const char* link : {"arm0-link1", "arm0-link3", "base"}) {
     for (const GraspModel model : {rigid, hinge, point}) {

@@ -167,7 +167,7 @@ TEST(MotionWithoutCapture, FollowsAnApproach) {
   EXPECT_LT(std::abs(rotation_angle(rotation_matrix(r.post_impact_end->base.quaternion_wxyz))), 0.02);
 }
 
-// An impact with a sphere of hardly any mass leaves the motion as it is without one.
+// An impact with a sphere of negligible mass does not change the motion.
 TEST(MotionWithoutCapture, IsThatOfACaptureOfNothing) {
   const std::string law = "joints: pd, kp: 40, kd: 60, base_control: {kp: 5, kd: 30, rpy: [0, 0, 0.2]}}\n";
   const std::string tip = "  end_effectors: [{name: tip, link: lower, position: [0.6, 0, 0]}]\n";
@@ -255,7 +255,7 @@ TEST(MotionWithoutCapture, ShippedScenariosRun) {
 
 // ---- Sequences of phases ----
 
-// Two phases of one law are one phase of it, to the integrator's tolerance: set points and attitudes go on.
+// Two phases of one law equal one phase of it, to the integrator's tolerance: set points and attitudes continue.
 TEST(PhaseSequence, OfOneLawIsOnePhase) {
   const std::string law = "joints: pd, kp: 40, kd: 60, base_control: {kp: 5, kd: 30, rpy: [0, 0, 0.2]}";
   const std::string start = "external_wrenches: [{body: lower, torque: [0, 0, 2], time: {shape: constant, end: 2}}]\n";
@@ -291,7 +291,7 @@ TEST(PhaseSequence, EndsWhereItsConditionHolds) {
   EXPECT_EQ(r.phases[1].begin, r.phases[0].end);
   EXPECT_NEAR(r.post_impact_end->time, 5 * std::log(5.0) + 5, 1e-8);
   EXPECT_NEAR(r.post_impact_end->base.angular_velocity[0], 0.02, 1e-10);  // nothing brakes any more
-  // What holds as the phase begins ends it at once; what does not come true, after its duration.
+  // A condition that holds at the start ends the phase immediately; one that never holds, after its duration.
   const CaptureResult at_once = simulate_capture(loaded(text, {{"motion.despin.until.base_rate", "0.2"}}));
   EXPECT_EQ(at_once.phases.at(0).duration(), 0);
   EXPECT_EQ(at_once.phases.at(0).ended, MotionPhaseReport::End::condition);

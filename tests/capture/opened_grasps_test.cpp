@@ -128,7 +128,7 @@ TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
   // Nor one where nothing moves: the end-effector stays at the target's surface.
   p.post_impact->move.reset();
   expect_no_violation(simulate_capture(p));
-  // Nor where hand and target overlap by design, as far as it does not go deeper.
+  // Nor where hand and target overlap by design, up to that depth.
   p = slide();
   p.targets[0].X_WT.p[0] -= 0.04, p.targets[0].grasp_points[0].X_TG.p[0] += 0.04;
   p.post_impact->releases = {{1, {}}};
@@ -150,7 +150,7 @@ TEST(OpenedGrasps, AfterAReleaseTheEndEffectorMayNotGoIn) {
   expect_no_violation(simulate_capture(p));
 }
 
-// The gripper closes on slow targets only, and the approach goes on after it has missed.
+// The gripper closes on slow targets only, and the approach continues after a missed capture.
 TEST(OpenedGrasps, AfterAMissTheEndEffectorMayNotGoIn) {
   CaptureProblem p = slide();
   p.robot.end_effectors[0].envelope = CaptureEnvelope{.position = 0.3, .velocity = 1e-3};

@@ -138,7 +138,7 @@ TEST(OrbitCapture, IsRecordedInItsOwnAxes) {
   for (const Series& s : without.series.series) EXPECT_EQ(s.path.find("orbit"), std::string::npos) << s.path;
 }
 
-// A planar robot cannot follow what the field does out of its plane, and the plan says so.
+// A planar robot cannot follow the field's out-of-plane effect, and the plan reports it.
 TEST(OrbitCapture, PlansThatCannotAllowForTheFieldFail) {
   CaptureProblem p = planned();
   p.orbit->radial = {0, 0, 1}, p.orbit->along_track = {0.6, 0.8, 0};

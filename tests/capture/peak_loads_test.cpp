@@ -78,7 +78,7 @@ const PeakLoad* find(const CaptureResult& r, const std::string& of, const std::s
   return nullptr;
 }
 
-// Two arms track under PD control with noise, catch one target each, and hold it; drives saturate, and base control.
+// Two arms track under PD control with noise, capture one target each, and hold it; drives and base control saturate.
 CaptureProblem driven_case() {
   CaptureProblem p = thesis_case_pd();
   p.contact.gap = ContactSetup::Gap::translate_target;

@@ -1,5 +1,4 @@
-/// What planning answers where the start, the assignment of grasps, gains or the base stand in the way; and plans
-/// beside panels.
+/// Planning errors for unsuitable starts, assignments of grasps, gains or bases; and plans near panels.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

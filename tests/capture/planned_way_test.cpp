@@ -1,5 +1,5 @@
-/// What a plan keeps on its way and what it minimizes, from the run that flies it: distances by the run's own watch,
-/// efforts and rates from its time series, impulses from its impact.
+/// Constraints and objectives of plans, checked in simulated trajectories: distances by the run's checks, efforts and
+/// rates from its time series, impulses from its impact.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -86,8 +86,8 @@ TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
   }
 }
 
-// The hand is watched against its own target farther away from the grasp point than near_grasp, and comes as near to it
-// as is asked for there.
+// The distance of the hand from its own target is checked farther from the grasp point than near_grasp, and reaches the
+// required value there.
 TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.2, plan_of(p).near_grasp = 0.3;
@@ -97,7 +97,7 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
   EXPECT_EQ(r.plan->way->body_b, "debris");
   EXPECT_GE(*r.plan->way->clearance, 0.2 - 1e-6);
   if (test::kSanitized) return;  // a search that finds nothing takes a minute there
-  plan_of(p).clearance = 0.31;   // but the hand's link is within 0.3 m when its end is so near to the grasp point
+  plan_of(p).clearance = 0.31;   // the hand's link is within 0.3 m when its end is this close to the grasp point
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.status, CaptureStatus::failed);
   EXPECT_THAT(none.failure, HasSubstr("'arm-1-link-3' and 'debris' come within 0."));
@@ -130,7 +130,7 @@ TEST(PlannedClearance, FindsTheWayRoundABox) {
   }
 }
 
-// Bodies are as far from each other at the start as they are, so that no plan has more; the best one has as much.
+// The distance at the start bounds the clearance of every plan; the best one reaches it.
 TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
@@ -150,7 +150,7 @@ TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
   }
 }
 
-// What was not looked at has no value: a search that ends before has none of the way's terms.
+// Terms that were not evaluated have no value: a search that ends early has none of the trajectory's terms.
 TEST(PlannedObjective, OfNoPlanIsUnknown) {
   CaptureProblem p = first_plan();
   p.targets[0].X_WT.p = {9, -2, 0};
@@ -171,7 +171,7 @@ TEST(PlannedClearance, WithoutShapesIsNoPlan) {
   EXPECT_THAT(r.failure, HasSubstr("there are no two bodies whose distance could be looked at"));
 }
 
-// --- Limits on the way
+// --- Limits during the approach
 
 double largest_share(const CaptureResult& r, const std::string& path, std::size_t joints, double limit) {
   double largest = 0;
@@ -248,8 +248,8 @@ TEST(Splines, ShortenTheWay) {
   EXPECT_LT(r.plan->objective_value, 0.7 * simple);
 }
 
-// A base that is to be quiet beside much else: found from another solution than the one that moves the joints least,
-// and by a close look at what happens between nodes; without either of them a single polynomial is left, with 74.
+// A quiet base among many other requirements: found from another solution than the one of minimum joint motion, and by
+// evaluation between nodes; without either of them a single polynomial remains, with 74.
 TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/quiet-approach.yaml");
@@ -398,7 +398,7 @@ TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
   EXPECT_LT(matched, 1e-9);
 }
 
-// --- Of a robot that bends
+// --- Flexible robots
 
 // The plan is of the rigid robot, with final values that bring the one that bends to its points: what it keeps is kept
 // to within what bending does to it.
@@ -419,8 +419,8 @@ TEST(PlannedWay, IsKeptByRobotsThatBend) {
   EXPECT_THAT(r.warnings, ::testing::Contains(HasSubstr("kept by the plan of the robot that does not bend")));
 }
 
-// Straight in: what the rigid robot is to do at the points is changed until the hands that bend are on them, in the
-// direction and with the motion asked for.
+// Final straight approach: the rigid robot's references at the points are changed until the flexible hands reach them,
+// with the required direction and motion.
 TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
@@ -454,8 +454,7 @@ TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
   plan_of(p).limits = PlanSetup::Limits::on_the_way;
   EXPECT_THAT(flown(p).warnings, ::testing::Contains(HasSubstr(of_limits)));
 
-  // In the direction in which they come to point by themselves, which they are then asked for, at targets that turn
-  // little meanwhile.
+  // With the natural direction of arrival as the required one, at slowly rotating targets.
   plan_of(p).limits = {};
   for (TargetSetup& target : p.targets) target.V_WT.angular = {0, 0, 0.02};
   const CaptureResult by_itself = flown(p);
@@ -504,7 +503,7 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
   EXPECT_NEAR(*efforts.plan->way->effort_share, effort, 1e-2);
 }
 
-// Without feeding forward the base lags, and what is kept is off by what it lags.
+// Without feedforward the base lags, and constraints are violated by the lag.
 TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
   CaptureProblem p = first_plan();
   p.impact.reset();

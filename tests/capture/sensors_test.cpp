@@ -23,7 +23,7 @@ namespace sensors_test {
 
 constexpr double kPeriod = 0.1, kApproach = 90;
 
-// A servicer with wheels and a seven-joint arm catches a tumbling satellite of 1 t; all is sampled at 10 Hz.
+// A servicer with wheels and a seven-joint arm captures a tumbling satellite of 1 t; all is sampled at 10 Hz.
 CaptureProblem sampled(double after) {
   CaptureProblem p = scenario("bias-momentum.yaml");
   p.control.emplace();
@@ -333,7 +333,7 @@ TEST(IdentificationInARun, SaysWhatAMotionDoesNotShow) {
   ASSERT_TRUE(r.identification) << r.failure;
   EXPECT_LT(r.identification->rank, 10);
   EXPECT_FALSE(r.identification->unseen.empty());
-  EXPECT_FALSE(r.identification->used_from);  // so that laws go on with what is assumed
+  EXPECT_FALSE(r.identification->used_from);  // so that laws continue with the assumed values
 }
 
 TEST(IdentificationInARun, WeighsBySensorsNoiseAndRounding) {

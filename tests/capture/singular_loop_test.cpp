@@ -91,8 +91,8 @@ bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_n
   return false;
 }
 
-// Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may go on as a
-// parallelogram or an antiparallelogram.
+// Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may continue
+// as a parallelogram or an antiparallelogram.
 TEST(Parallelogram, IsDrivenThroughItsFlatConfiguration) {
   SKIP_UNDER_SANITIZERS();
   for (const GraspModel model : {GraspModel::hinge, GraspModel::point}) {
@@ -250,9 +250,8 @@ TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
   EXPECT_GT(through, 0);
 }
 
-// Two arms that coincide, grasping at one point: every row twice. Rigid hands on bent arms come to a configuration
-// where the rank falls: at most bends the run stops there and says so; where a step slips over it, the conservation
-// checks say that the result is none.
+// Two coincident arms that grasp at one point: every row twice. Rigid hands on bent arms reach a configuration where
+// the rank drops: for most bends the run stops there with an error; if a step skips it, the conservation checks fail.
 TEST(StretchedArms, TwoGraspsAtOnePoint) {
   SKIP_UNDER_SANITIZERS();
   for (const double bend : {0.0, 0.3}) {
@@ -287,7 +286,7 @@ TEST(StretchedArms, ATargetThatFliesAwayPullsThemStraight) {
 // --- Drives against loops
 
 // A waist that follows its path exactly while both arms on it hold one target, and a joint of a third arm: only settled
-// joints give way, so nothing may contradict.
+// joints are overpowered, so there is no contradiction.
 TEST(DrivesAgainstLoops, ExactPathsOfTheOthersGoOn) {
   for (int index = 100; index < 104; ++index) {
     SCOPED_TRACE(seed_note(index));
@@ -330,7 +329,7 @@ TEST(BoundedWork, TooFewStepsEndTheRunWithItsResults) {
   expect_finite(r);
   EXPECT_GT(r.series.time.size(), 3u);
   EXPECT_LT(r.series.time.back(), 50);
-  // A failure names the step limit; loops say how they were kept as far as it came.
+  // A failure names the step limit; the report of loops covers the time up to it.
   ASSERT_EQ(r.loops.size(), 1u);
   EXPECT_EQ(r.loops[0].rows, 6);
 }

@@ -83,7 +83,7 @@ TEST(SecondGraspLater, IsAnImpactOfTheJoinedSystem) {
   }
 }
 
-// Two grasps half a second apart on one target, a third on another target that is only then caught.
+// Two grasps half a second apart on one target, a third on another target that is captured later.
 TEST(SecondGraspLater, MayBeOnAnotherTarget) {
   const CaptureProblem p = staged({0, 0, 1}, {0, 1, 1.5}, 45, 3);
   const CaptureResult r = simulate_capture(p);
@@ -150,7 +150,7 @@ TEST(GraspsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
     EXPECT_NEAR(r.impact->time, 1, 1e-12);
     EXPECT_NEAR(r.later_impacts[0].time, 2, 1e-12);
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
-    // Ideal drives keep the rates of the arms that grasp nothing yet, whatever that takes; the others give way.
+    // Ideal drives keep the rates of the arms that do not grasp yet, with any effort; the others are overpowered.
     for (std::size_t j = 0; j < 18; ++j) {
       const double first = r.impact->joint_velocity_change[j], second = r.later_impacts[0].joint_velocity_change[j];
       if (j >= 6) {
@@ -340,7 +340,7 @@ TEST(Release, CarriesAllMotionOver) {
     SCOPED_TRACE(seed_note(index));
     CaptureProblem p =
         random_loops({{0, 0, 0}, {GraspModel::rigid, GraspModel::hinge, GraspModel::rigid}, 6, 0.2, 6}, index);
-    // First the hand that carries the target in the tree: another takes over; then all that are left.
+    // First the hand that carries the target in the tree: another takes over; then all remaining ones.
     p.post_impact->releases = {{1, {"hand0"}}, {3, {}}};
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);

@@ -1,5 +1,5 @@
-/// Limits on the piece straight in, from the run that flies it: joints' positions, rates and efforts by its time
-/// series, hands against their lines by formulas of their own.
+/// Limits of the final straight approach, checked in simulated trajectories: joints' positions, rates and efforts by
+/// the time series, hands relative to their lines by independent formulas.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 PlanSetup& plan_of(CaptureProblem& p) { return *p.approach->plan; }
 
-// Two arms of seven joints at two tumbling targets at once.
+// Two arms of seven joints at two tumbling targets simultaneously.
 CaptureProblem two_arms() {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-tumbling-targets.yaml");
   p.approach->tracking = {};
@@ -115,8 +115,8 @@ CaptureResult flown(const CaptureProblem& p) {
   return r;
 }
 
-// Where the way there, a spline with knots, meets the piece, rates must not jump, or the energy misses its bound; nor
-// where the piece found first passes a singularity.
+// Where the approach, a spline with knots, meets the final segment, rates must not jump, otherwise the energy exceeds
+// its bound; nor where the first solution of the segment passes a singularity.
 TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
   SKIP_UNDER_SANITIZERS();
   for (const int knots : {4, 5}) {
@@ -209,8 +209,8 @@ TEST(StraightInLimits, OfRates) {
   EXPECT_LT(off_the_line(p, kept), 1e-9);
 }
 
-// Three joints and three rows leave no freedom but the choice of the arm's configuration: it is made, and where it is
-// no choice either, what stands in the way is said.
+// Three joints and three rows leave no freedom except the choice of the arm's configuration: it is used, and if that
+// fails, too, the error names the obstacle.
 TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
   CaptureProblem p = one_planar_arm(GraspSetup::Orientation::pose);
   const CaptureResult direct = flown(p);
@@ -252,9 +252,9 @@ TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
 struct Outside {
   std::string name;
   double matters;  // by how much it changes the final joint values at least [rad]
-  double bound;    // of what is missed in the end [m, rad and their rates]
+  double bound;    // bound of the final deviation [m, rad and their rates]
   std::function<void(CaptureProblem&)> change;
-  double line = 1e-7;  // bound of the distance from the line on the way [m]
+  double line = 1e-7;  // bound of the distance from the line during the approach [m]
 };
 
 std::vector<Outside> outside() {

@@ -1,4 +1,4 @@
-/// Free targets: what propagate_target() makes of them in closed books against the general integration.
+/// Free targets: closed-form propagate_target() against the general integration.
 
 #include "grapnel/approach/target_motion.hpp"
 

@@ -46,7 +46,7 @@ TEST(OpenLoopCase1, ImpulseIsOfTheOrderThatThesisFactsGive) {
   EXPECT_NEAR(r.approach_end->end_effectors[1].miss_distance, 0.06, 0.01);
 }
 
-// The file says what this test's own description of the case says.
+// The file equals this test's own description of the case.
 TEST(OpenLoopCase1, FileIsTheProblemWrittenDownInTheTests) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem written = thesis_case_pd();

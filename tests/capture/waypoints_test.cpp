@@ -1,5 +1,5 @@
-/// The way to the grasp: waypoints, the last piece straight in, motions from samples. What was passed is computed here
-/// from the time series.
+/// The approach: waypoints, the final straight approach, motions from samples. Passing points are computed here from
+/// the time series.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -303,7 +303,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   p.targets[0].V_WT = p.targets[1].V_WT = Twistd::zero();
   p.momentum.reset();
-  // Arm 1 is 3 m long from (0.5, 0): the grasp point lies just within its reach, the way there goes outwards.
+  // Arm 1 is 3 m long from (0.5, 0): the grasp point is just within its reach, and the trajectory to it leads outwards.
   p.targets[0].grasp_points[0].X_TG.p = {0, 0, 0};
   p.targets[0].grasp_points[0].approach_direction = Vector3d{0.8, -0.6, 0};
   int near = 0, beyond = 0;

@@ -1,4 +1,4 @@
-/// Captures in which drives are told to hold rates that the grasps do not allow.
+/// Captures in which drives hold rates that contradict the grasps.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
         expect_told(r, *r.impact);
         EXPECT_GT(gave_way(*r.impact), 0);
         most = std::max(most, gave_way(*r.impact));
-        // The third arm has a target of its own: its drives hold what they are told.
+        // The third arm has a separate target: its drives hold the prescribed rates.
         for (const HeldJoint& held : r.impact->held_joints) {
           if (targets.back() == 1 && held.joint.starts_with("arm2")) {
             EXPECT_EQ(held.rate_after, held.told_rate);
@@ -131,7 +131,7 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
       p.impact->grasp = {1e5, 2e3, 5e3, 200};
       p.impact->compliant.longest = 0.2;
     } else if (law != Law::bilateral_restitution) {
-      // Two hands grasp; the third only touches, later, while they hold.
+      // Two hands grasp; the third only touches, later, during the hold.
       p.grasps[2].contact = true;
       p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.1;
       p.targets[0].grasp_points[2].normal = Vector3d{0, 0, 1};
@@ -146,7 +146,7 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
     EXPECT_GT(gave_way(*r.impact), 0);
     if (law == Law::compliant) {
-      // Springs let the drives go on pulling until the time is over; then grasps are rigid and drives give way.
+      // Springs let the drives continue to pull until the end; then grasps are rigid and drives are overpowered.
       EXPECT_EQ(r.impact->compliant->end, "time_over");
       EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
     } else if (r.status == CaptureStatus::completed) {

@@ -1,4 +1,4 @@
-// Results do not depend on where the system puts stack and heap, which it does anew for every run of a program.
+// Results do not depend on the addresses of stack and heap, which the system randomizes for every run of a program.
 #include <alloca.h>
 #include <gtest/gtest.h>
 

@@ -85,8 +85,8 @@ TEST(FmuController, IsTheSameLawOneSampleLater) {
   EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, to the last bit
 }
 
-// Inputs that are no signals: of every type, constants or left as they start. The FMU adds gain to what it is told, if
-// its switch is on, its count is 3 and its name "fine".
+// Inputs that are not signals: of every type, constants or start values. The FMU adds a gain to its inputs, if its
+// switch is on, its count is 3 and its name "fine".
 TEST(FmuController, InputsThatAreNoSignals) {
   const auto inputs = [](const std::string& more) {
     return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
@@ -180,7 +180,7 @@ TEST(FmuController, RefusesWhatDoesNotFit) {
   expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "has causality output, expected input");
   expect_has(fault_of("fmu_2", kGains, "{}"),
              "its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are without a value");
-  // All at once.
+  // All errors together.
   const std::string all = fault_of("fmu_2", "ki: 3, kp: true", "{'goal[7]': 'position[1]', 'goal[1]': 'positoin[1]'}");
   for (const char* part : {"has no variable 'ki'", "is a Real, which true is not", "has no variable 'goal[7]'",
                            "'positoin[1]' is not a signal", "its inputs 'goal[2]', "})

@@ -166,7 +166,7 @@ TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
   }
 }
 
-// A run that fails says so, once and for all; what was seen last is still there.
+// A failed run reports its error permanently; the last readings remain available.
 TEST_F(PlantErrors, RunsThatFail) {
   const std::string unlimited =
       "--set 'robot.links[1].joint={name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [0.8, 0, 0]}}'";
@@ -259,7 +259,7 @@ TEST_F(PlantErrors, NeedsNothingOfWhereItWasMade) {
   ASSERT_TRUE(plant.instantiate()) << plant.said;
   ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
   ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
-  // Of its libraries none but those of every system is looked for outside.
+  // Of its libraries only those of every system are searched outside.
   for (const auto& entry :
        std::filesystem::directory_iterator(plant.fmu.resources().parent_path() / "binaries" / "linux64")) {
     const std::string name = entry.path().filename().string();

@@ -66,7 +66,7 @@ TEST(CompliantContacts, SlidingFrictionGivesMuTimesTheNormalImpulse) {
   CentralPair c = central_pair();
   const Vector3d n = c.contact.n_W, t = slide(c, 1.0);
   c.contact.friction = 0.2;
-  c.contact.stiffness = 1e9;  // short: the normal hardly turns
+  c.contact.stiffness = 1e9;  // short: the normal barely turns
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   const Vector3d P = o.contacts[0].impulse.linear;
@@ -258,7 +258,7 @@ TEST(CompliantContacts, TimeAndStepsMayRunOut) {
   EXPECT_EQ(tired.times.back(), tired.duration);
 }
 
-// Stiffnesses no double can carry through: the integrator gives up and says when and why.
+// Stiffnesses beyond the range of doubles: the integrator fails with time and reason.
 TEST(CompliantContacts, OverflowIsAFailureThatSaysSo) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e300;

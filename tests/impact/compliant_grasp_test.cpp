@@ -61,7 +61,7 @@ void expect_balanced(const Model& model, const State& state, const CompliantOutc
   EXPECT_LT(momentum.note(momentum_error(model, state, o.after), where), 1e-12);  // measured 6e-16
 }
 
-// The springs act for a time that falls with k^(-1/2), and what moves meanwhile with it.
+// The springs act for a time proportional to k^(-1/2), and so is the motion during the impact.
 void expect_convergence(const Model& model, const State& state, const std::vector<Grasp>& grasps, bool unique,
                         double settled) {
   const ImpactSolution rigid = plastic_impact(model, state, grasps);

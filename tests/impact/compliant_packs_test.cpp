@@ -1,4 +1,4 @@
-// Impacts in time in packs: the same bits at every width, the numbers of doubles, whole impacts.
+// Compliant impacts in packs: identical bits at every width, the numbers of doubles, whole impacts.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -81,7 +81,7 @@ YieldingCase yielding_case(int index) {
   return y;
 }
 
-// Points near the start, and what is found there.
+// Points near the start, and their values.
 struct Points {
   std::vector<double> t, y;
 };

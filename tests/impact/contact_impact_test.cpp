@@ -43,7 +43,7 @@ TEST(ContactImpact, OneContactObeysItsHypothesis) {
   }
 }
 
-// A solid sphere on a fixed plane: it slides all the way, or leaves rolling with 2/7 of its sideways momentum taken.
+// A solid sphere on a fixed plane: it slides throughout, or leaves rolling with 2/7 of its tangential momentum removed.
 TEST(ContactImpact, ObliqueSphereSlidesOrRolls) {
   const double m = 3, r = 0.2, e = 0.6, I = 0.4 * m * r * r, v_n = 2, v_t = 1.5;
   for (const double mu : {0.05, 0.5}) {

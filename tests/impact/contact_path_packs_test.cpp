@@ -104,7 +104,7 @@ TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
       problems.push_back(random_problem(i, contacts));
       if (i % 3 == 1) problems.back().tolerance = 1e-5;
       if (i % 5 == 2) problems.back().u = -problems.back().u.cwiseAbs();
-      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // parts at once: over before it begins
+      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // separates immediately: over before it begins
     }
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
       const std::vector<ContactPath> paths = follow_contacts(problems, set);

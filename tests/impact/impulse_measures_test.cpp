@@ -31,7 +31,7 @@ ImpulseMeasures measure(const ImpactCase& c, std::span<const HeldRate> held = {}
   return impulse_measures(c.model, c.state, root_of(c), c.grasps, {}, held);
 }
 
-// All velocities of the robot's joints, kept as they are.
+// All velocities of the robot's joints, kept unchanged.
 std::vector<HeldRate> all_joints(const Model& model, const State& state, int root) {
   std::vector<HeldRate> held;
   for (const Body& b : model.bodies()) {

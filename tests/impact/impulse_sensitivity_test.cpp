@@ -251,9 +251,9 @@ double deviation(const Outcome& here, const ImpulseSensitivity& s, const Outcome
   return worst;
 }
 
-// The unit that steps are counted in. Inertias: a part of what the triangle inequality has left, so that the body stays
-// possible. Approach angles: near a singular configuration joints move far and the way bends soon, so in proportion to
-// the least singular value of the arms' Jacobian (those of directions that the arms lack left out).
+// The unit of the steps. Inertias: a fraction of the margin of the triangle inequality, so that the body stays
+// possible. Approach angles: near a singular configuration joints move far and the path is curved, so in proportion to
+// the minimum singular value of the arms' Jacobian (without directions that the arms lack).
 double step_unit(const Problem& p, const ImpulseSensitivity& s) {
   if (is(s, "target inertia")) {
     const Eigen::Vector3d moments =
@@ -344,7 +344,7 @@ TEST(ImpulseSensitivity, RedundantGrasps) {
 }
 
 // Two bodies of one welded hand hold the target twice: every self-stress is possible, in and out of plane. Stresses of
-// the least solution depend on the parameter through D and the null space.
+// the minimum-norm solution depend on the parameter through D and the null space.
 TEST(ImpulseSensitivity, LeastSelfStressMoves) {
   Worst worst("two grasps of one hand on one target");
   for (int i = 0; i < 9; ++i) {
@@ -373,7 +373,7 @@ TEST(ImpulseSensitivity, HeldJoints) {
     for (int v : driven) p.held.push_back({v, p.state.v[v]});
     p.held.push_back({joint_velocity(p, "arm0.4"), 0});
     if (i >= 4) {
-      // The whole of arm 1 goes on as it was.
+      // All of arm 1 keeps its motion.
       p.held.clear();
       for (int j = 0; j < 7; ++j) {
         const int v = joint_velocity(p, "arm1." + std::to_string(j));
@@ -429,8 +429,8 @@ TEST(ImpulseSensitivity, RandomRobots) {
   std::printf("[ measured ] %d derivatives, of which %d undefined\n", rows, undefined);
 }
 
-// The error of central differences falls with the square of the step until rounding takes over; where the outcome is
-// linear in the parameter it is rounding at once.
+// The error of central differences is proportional to the square of the step until rounding dominates; if the outcome
+// is linear in the parameter it is at rounding level from the start.
 TEST(ImpulseSensitivity, DifferencesConvergeWithTheSquareOfTheStep) {
   const Problem p = spatial_problem(3, 7, false);
   const Outcome here = solved(p);

@@ -62,7 +62,7 @@ TEST(PublishedImpact, SaysWhereItDoesNotApply) {
   std::vector<Grasp> grasps = r.grasps;
   grasps[1].model = GraspModel::hinge;
   EXPECT_EQ(published_impact(r.model, r.state, base, grasps).undefined, "the formulas are for rigid grasps");
-  // Gripped by the base itself, all joints move but no impulse at the grasp can say why.
+  // With a grasp on the base itself, all joints move but no impulse at the grasp explains it.
   grasps = r.grasps;
   grasps.pop_back();
   grasps[0].robot_body = r.model.body_index("arm-1-link-1");

@@ -12,8 +12,8 @@
 namespace grapnel::testing {
 namespace redundant_contacts_test {
 
-// Friction of `points` points at rest whose bodies have three freedoms. Half of them can just all stick, since there
-// are forces that need all of the cones but for a ten-thousandth.
+// Friction of `points` points at rest whose bodies have three freedoms. Half of the cases can just all stick, since
+// some forces use all of the cones except for a fraction of 1e-4.
 struct RestCase {
   Eigen::MatrixXd A;
   Eigen::VectorXd b, radius;
@@ -134,7 +134,7 @@ TEST(RedundantContacts, WedgedBodiesThatMustPartAreAFailure) {
   EXPECT_LT(path.steps, 2000);
 }
 
-// Many contacts of bodies with three freedoms: every path ends, or says what kept it.
+// Many contacts of bodies with three freedoms: every path ends, or reports its failure.
 TEST(RedundantContacts, PathsEndOrSayWhy) {
   int ended = 0, crawled = 0;
   for (int i = 0; i < 24; ++i) {

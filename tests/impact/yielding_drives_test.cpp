@@ -1,4 +1,4 @@
-/// Drives that are told rates which the grasps do not allow: they give way as rotors of ever larger inertia would.
+/// Drives with prescribed rates that contradict the grasps: they respond like rotors of increasing inertia.
 
 #include <gtest/gtest.h>
 
@@ -74,7 +74,7 @@ std::vector<HeldRate> all_joints_as_they_are(const ImpactCase& c) {
   return held;
 }
 
-// What drives are told: their present rate, zero, or any other; a part of all joints.
+// The prescribed rates of drives: the current rate, zero, or any other; for a part of all joints.
 std::vector<HeldRate> any_rates(const ImpactCase& c, Random& random) {
   std::vector<HeldRate> held;
   for (HeldRate rate : all_joints_as_they_are(c)) {
@@ -182,7 +182,7 @@ TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
       H(k, h.velocity) = 1, told[k] = h.after, drive[k] = s.held_impulses[static_cast<std::size_t>(k)];
       weight[k] = drive_inertia(c.model, h.velocity);
     }
-    // Grasps and momentum are kept whatever drives are told.
+    // Grasps and momentum are satisfied for any prescribed rates.
     const double size = v.norm();
     EXPECT_LT(grasps.note((J * after).norm() / (J.norm() * size), i), 1e-11);
     const Eigen::VectorXd P = J.transpose() * stacked_impulse(c, s).head(J.rows()) + H.transpose() * drive;
@@ -265,7 +265,7 @@ TEST(YieldingDrives, AreTheSameInTheFastSolver) {
   EXPECT_GT(gave_way, 100);
 }
 
-// Contacts feel grasps whose drives have given way; what rebounds may ask for more than drives are told.
+// Contacts depend on grasps with overpowered drives; rebounds may require more than the prescribed rates.
 TEST(YieldingDrives, GiveWayToClosedGraspsInOtherLaws) {
   Worst blow("momentum in a blow"), thrown("velocities rebounding");
   for (int index = 0; index < 12; ++index) {

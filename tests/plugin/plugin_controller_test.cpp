@@ -164,11 +164,11 @@ TEST(PluginController, SavesAndRestoresWhatItRemembers) {
   ASSERT_EQ(bytes.size(), sizeof(sum));
   std::memcpy(&sum, bytes.data(), sizeof(sum));
   EXPECT_NEAR(sum, 2 * (0.4 - 0.7), 1e-15);
-  EXPECT_NE(two->save(), bytes);  // an instance of its own
+  EXPECT_NE(two->save(), bytes);  // a separate instance
   two->restore(bytes);
   EXPECT_EQ(two->save(), bytes);
   EXPECT_NE(error_of([&] { two->restore({1, 2}); }).find("restore() of the plugin 'it.so' failed"), std::string::npos);
-  one->begin_piece(model, 1);  // goes on
+  one->begin_piece(model, 1);  // continues
   EXPECT_EQ(one->save(), bytes);
 }
 

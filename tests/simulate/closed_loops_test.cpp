@@ -88,7 +88,7 @@ PhaseSetup closed(const Linkage& l) {
 
 double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * std::acos(-1.0))); }
 
-// How often states are looked at does not touch them: the end is the same to the last bit.
+// The number of evaluations does not change the states: the end is identical to the last bit.
 TEST(ClosedPhase, OutputsDoNotDisturbTheMotion) {
   const Linkage l = linkage();
   std::vector<State> ends;
@@ -155,7 +155,7 @@ TEST(ClosedPhase, StopsAtItsConditionAndIsClosedThere) {
   EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, o.end_state)).position, 1e-14);
 }
 
-// A motor that turns the crank exactly as it is told moves the rocker as the shape says, and does the work.
+// A motor that turns the crank exactly as prescribed moves the rocker by the linkage's geometry, and does the work.
 TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   const Linkage l = linkage({0.3, 0, 0.1});
   PhaseSetup setup = closed(l);
@@ -182,7 +182,7 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   std::printf("[ measured ] shape %.2g, balance %.2g\n", wrong, balance / largest);
 }
 
-// Two motors that cannot both have their way: no motion keeps the loop closed, and the failure says so.
+// Two motors with contradictory commands: no motion satisfies the closed loop, and the failure reports it.
 TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
   const Linkage l = linkage();
   PhaseSetup setup = closed(l);
@@ -209,8 +209,8 @@ TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
   std::printf("[ measured ] %d samples; %s\n", samples, o.failure.c_str());
 }
 
-// Two motors told constant rates that the loop does not allow: refused where it begins, with the row, before anything
-// moves; the same rates in the linkage's own proportion go on.
+// Two motors with prescribed constant rates that contradict the loop: refused at the start, with the row, before any
+// motion; the same rates in the linkage's own proportion are accepted.
 TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 0.5);

@@ -184,7 +184,7 @@ TEST(JointModes, BounceInAGeometricSeriesAndRest) {
   EXPECT_EQ(others.back().time, impacts.back().time);
 }
 
-// A joint that rests on its stop leaves it as soon as it is pulled, and what the stop gives until then is a push.
+// A joint that rests on its stop leaves it as soon as it is pulled, and the stop's force until then is a push.
 TEST(JointModes, LeaveAStopWhenPulled) {
   const Model model = block(stopped(-1, 0, 0.5));
   // b rests on its upper stop under 2 (1 - t), until t = 1.
@@ -302,8 +302,8 @@ TEST(JointModes, TakeFromAFreeRobotWhatTheMassMatrixSays) {
   EXPECT_NEAR(dynamics.joint_modes().stop_impacts()[0].energy_lost, lost, 1e-13 * before.energy);
 }
 
-// Several joints at their stops at one instant, into them, at rest on them and away from them: stops push and do not
-// pull, joints that meet one leave it with the least restitution of all, and none goes on into its stop.
+// Several joints at their stops at one instant, moving into them, at rest on them and away from them: stops push and do
+// not pull, joints that hit one leave it with the minimum restitution of all, and none moves further into its stop.
 TEST(JointModes, StopsThatAreMetTogetherPushAndDoNotPull) {
   int together = 0, pulled = 0;
   for (int i = 0; i < 200; ++i) {
@@ -359,8 +359,8 @@ TEST(JointModes, StopsThatAreMetTogetherPushAndDoNotPull) {
   EXPECT_GT(pulled, 50);  // some that are at a stop are left alone
 }
 
-// Which of several joints at rest are held: what holds a joint is within its friction, one that is freed goes the way
-// in which it is pulled, against its friction.
+// Which of several joints at rest are held: the holding effort of a joint is within its friction; one that is freed
+// moves in the direction of the pull, against its friction.
 TEST(JointModes, HoldWhatCanBeHeldAndFreeTheRest) {
   int held = 0, freed = 0;
   for (int i = 0; i < 400; ++i) {

@@ -26,7 +26,7 @@ Symmetric3d about(const Vector3d& a, double J) {
           h * a[0] * a[1],     h * a[0] * a[2],     h * a[1] * a[2]};
 }
 
-// A body with gyros; its inertia includes them, as they are at their zeros.
+// A body with gyros; its inertia includes them, at zero gimbal angles.
 struct Case {
   Model model;
   std::vector<MomentGyro> gyros;
@@ -225,7 +225,7 @@ TEST(MomentGyros, APyramidTurnsItsBase) {
   EXPECT_LT(norm(root_pose(c.model, o.end_state, c.base).R * h - L), 1e-3);
 }
 
-// Gimbals that nobody turns stand still, by what their motors hold against h and the base's rate.
+// Gimbals without commands are at rest, held by their motors against h and the base's rate.
 TEST(MomentGyros, GimbalsStandStillWhileTheirBaseTurns) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseSetup setup;
@@ -369,7 +369,7 @@ TEST(MomentGyros, MisuseIsRefused) {
   EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);
   setup = telling(c, {0, 0, 0, 0});
   setup.clock = {};
-  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // nothing holds what is told
+  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // no actuator receives the command
 }
 
 }  // namespace moment_gyros_test

@@ -70,7 +70,7 @@ TEST(Orbit, FiguresOfALowOne) {
   EXPECT_NEAR(dot(torque, at.R_WO.column(2)), -norm(torque), 1e-15);  // back to the vertical
 }
 
-// Gravity of one central body, two positions and velocities at once.
+// Gravity of one central body, two positions and velocities together.
 using Pair = std::array<long double, 12>;
 Pair rate_of(const Pair& y) {
   Pair rate{};

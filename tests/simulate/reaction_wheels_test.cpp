@@ -141,8 +141,8 @@ TEST(ReactionWheels, FrictionOfTheirBearingsGivesTheBaseTheirMomentum) {
   EXPECT_GT(-o.integrals.friction_work, 0.5 * energy);
 }
 
-// At its largest rate a wheel takes no more: the spin that is left follows from the momentum. Asked for the opposite it
-// slows down at once.
+// At its maximum rate a wheel accepts no more torque: the remaining spin follows from the momentum. With a command of
+// the opposite sign it slows down immediately.
 TEST(ReactionWheels, LeaveTheSpinThatTheyHaveNoRoomFor) {
   constexpr double J = 4, J_s = 0.05, w0 = 0.3, u = 0.2, most = 20;
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, most);
@@ -191,8 +191,8 @@ TEST(ReactionWheels, AreLetGoWhereTheLawTurnsRound) {
   EXPECT_LT(off, 1e-12);
 }
 
-// The rate of a body with wheels that turn freely, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an
-// integration of its own, with no bodies, joints or recursions.
+// The rate of a body with freely turning wheels, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an
+// independent integration, without bodies, joints or recursions.
 TEST(ReactionWheels, CoupleByTheirMomentum) {
   const Symmetric3d J{3, 4, 5, 0.2, -0.1, 0.3};
   constexpr double J_s = 0.08;

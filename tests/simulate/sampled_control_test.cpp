@@ -1,4 +1,5 @@
-/// Sampled control: bounds of stability and growth against exact roots, delays, what is held, controllers of one's own.
+/// Sampled control: bounds of stability and growth against exact roots, delays, held commands, user-defined
+/// controllers.
 
 #include <gtest/gtest.h>
 
@@ -133,7 +134,7 @@ TEST(SampledControl, SaysWhenAnUnstableLoopRunsAway) {
   EXPECT_NE(o.failure.find("every 0.01 s"), std::string::npos) << o.failure;
 }
 
-// What is held, and what is on its way, outlives a piece of the run; a step never crosses an edge.
+// Held and delayed commands outlive a piece of the run; a step never crosses an edge.
 TEST(SampledControl, HoldsAcrossPieces) {
   const Model model = flywheel({});
   const double delay = 1.3 * kPeriod;
@@ -177,7 +178,7 @@ TEST(SampledControl, ComputedTorqueAndNoiseAreReadAtTheSamples) {
   EXPECT_GT(std::abs(setup.drives[0].noise.at(0.1).position), 1e-5);
 }
 
-// A controller of one's own, which does what pd does.
+// A user-defined controller that computes the same as pd.
 class OwnPd final : public Controller {
  public:
   void begin_piece(const Model&, double) override { ++pieces; }

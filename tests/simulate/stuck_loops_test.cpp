@@ -195,7 +195,7 @@ TEST(StuckLoops, DoNotDependOnFramesOrderUnitsAndRounding) {
   }
 }
 
-// An effort that grows evenly breaks a loop away when the program says so, not before, and not later.
+// A linearly growing effort breaks a loop away at the reported time.
 TEST(StuckLoops, BreakAwayInTime) {
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -74,7 +74,7 @@ TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   constexpr double w = 0.4 * D;
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.6, 0.5};
   Case c = make_case(couples(t_min), kp, kd, schmitt);
-  // Both thrusters of a couple go on where the torque asked for is level_on of what they give at full force.
+  // Both thrusters of a couple switch on where the commanded torque is level_on of their full torque.
   const double on = schmitt.level_on * T;
   const auto edge = [&](double rate) { return (on - kd * rate) / kp; };  // of the angle, going up
   PhaseDynamics dynamics(c.model, c.setup);
@@ -271,8 +271,8 @@ TEST(Thrusters, GoOffExactlyAtTheirLevel) {
   EXPECT_NEAR(c.bank->use(8).on_time + c.bank->use(9).on_time, kInertia * (w0 - o.end_state.v[2]) / T, 1e-11);
 }
 
-// What a law is told that acts beside it is what acts: the same accelerations follow from it, also where thrusters
-// push, about a point that is not the base's origin, and where another joint's law is cut by its motor.
+// The forces reported to a law as acting besides its own are the actual ones: they give the same accelerations, also
+// with thrusters, about a point that is not the base's origin, and with another joint's law saturated by its motor.
 struct Listening : Controller {
   void update(const ControlInput& in, ControlCommand&) override { force.assign(in.force.begin(), in.force.end()); }
   std::vector<double> force;
@@ -292,7 +292,7 @@ TEST(Thrusters, LawsAreToldWhatThrustersGive) {
   hand.X_PF.p = {2, 0, 0};
   hand.joint.limits.effort = 1;
   const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
-  // One thruster each way about every axis, none of them a couple.
+  // One thruster in each direction about every axis, none of them a couple.
   std::vector<Thruster> thrusters = couples();
   for (const int both : {10, 6, 2}) thrusters.erase(thrusters.begin() + both, thrusters.begin() + both + 2);
   const auto bank = std::make_shared<ThrusterBank>(thrusters, base.com);
@@ -487,8 +487,8 @@ TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(norm(momentum_of(w, o.end_state)), 0.5);
-  // Pulses stand at the beginning of a period: rates are sampled when they are lowest, by half a pulse, 1.25e-3 rad/s,
-  // and the attitude makes up for it by k_d/k_p times that.
+  // Pulses are at the beginning of a period: rates are sampled at their minimum, by half a pulse, 1.25e-3 rad/s, and
+  // the attitude compensates for it by k_d/k_p times that.
   EXPECT_LT(angle, 3.2e-3);  // measured 2.91e-3
   EXPECT_EQ(w.bank->dumped().begun, 1);
   EXPECT_FALSE(w.bank->dumped().active);
