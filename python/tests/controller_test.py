@@ -108,7 +108,7 @@ def test_create_and_reset_may_fail():
         def reset(self, time):
             raise ValueError("not now")
 
-    assert "made no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
+    assert "created no controller: ValueError: not with six joints" in own().simulate(controller=NoCreate).failure
     assert "reset() of the Python controller" in own().simulate(controller=NoReset).failure
     with pytest.raises(grapnel.SimulationError, match="not now"):
         own().simulate(controller=NoReset, strict=True)
@@ -119,12 +119,12 @@ def test_what_does_not_fit_is_refused():
         own().simulate(controller=3)
     with pytest.raises(ValueError, match="requests no Python controller"):
         grapnel.load(SCENARIO, set={"control": {"period": 0.01}, "post_impact.joints": "free"}).simulate(controller=OwnPd)
-    with pytest.raises(grapnel.InputError, match="the program that simulates gives the controller"):
+    with pytest.raises(grapnel.InputError, match="the calling program must provide the controller"):
         own().simulate()
     with pytest.raises(TypeError, match="expected its class"):
         grapnel.simulate_many([own()], controller=OwnPd())
     faults = grapnel.check(SCENARIO, set={"control": {"period": 0.01, "parameters": {"a": 1}}, "post_impact.joints": "free"})
-    assert "control.parameters are a controller's" in faults[0].message
+    assert "control.parameters needs a controller" in faults[0].message
 
 
 def test_each_run_has_an_instance():

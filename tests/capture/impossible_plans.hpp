@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Approaches that nobody can plan, made of scenarios that are shipped: what tests and benchmarks ask how planning
-/// answers.
+/// Infeasible approaches, derived from shipped scenarios, for tests and benchmarks of planning failures.
 
 #include <functional>
 #include <string>
@@ -62,8 +61,8 @@ inline PlanSetup& on_the_way(CaptureProblem& p) {
   return plan;
 }
 
-/// What cannot be: the piece straight in, limits, distances, the base's turn, obstacles, reach, times. For arms of
-/// seven joints, two, two at one target, three, six, and one.
+/// Infeasible constraints: the final straight approach, limits, distances, the base's rotation, obstacles, reach,
+/// times. For arms of seven joints, two, two at one target, three, six, and one.
 inline std::vector<ImpossiblePlan> impossible_plans() {
   using Ask = std::function<void(CaptureProblem&)>;
   const auto rates = [](double limit) -> Ask {
@@ -84,8 +83,8 @@ inline std::vector<ImpossiblePlan> impossible_plans() {
       for (BodyDescription& body : p.robot.bodies) body.joint.limits.lower *= share, body.joint.limits.upper *= share;
     };
   };
-  // The piece straight in so short, or so fast in the end, that joints' rates do not do; the way there keeps what it
-  // is.
+  // A final straight approach so short, or so fast at the end, that joint rates do not suffice; the approach before it
+  // is unchanged.
   const auto in_short = [](double duration) -> Ask {
     return [duration](CaptureProblem& p) {
       on_the_way(p);

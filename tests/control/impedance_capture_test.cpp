@@ -83,13 +83,13 @@ TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   EXPECT_THAT(faults(p), Contains(HasSubstr("approach.tracking.mode is impedance, which needs its section")));
   p = waiting_hand();
   p.impact->law = ImpactSetup::Law::restitution;
-  EXPECT_THAT(faults(p), Contains(HasSubstr("impact.joints is impedance, which belongs to law compliant")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("impact.joints is impedance, which needs law compliant")));
   p = waiting_hand();
   p.impedance->motion = ImpedanceSetup::Motion::pose;
   for (BodyDescription& body : p.robot.bodies) {
     if (body.joint.name == "arm-1-joint-6" || body.joint.name == "arm-1-joint-7") body.joint.type = JointType::fixed;
   }
-  EXPECT_THAT(faults(p), Contains(HasSubstr("takes 6 moving joints or more; the arm of 'tip-1' has 5")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("needs at least 6 moving joints; the arm of 'tip-1' has 5")));
   p = waiting_hand();
   p.impedance->force = ImpedanceSetup::Force::not_sensed;
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs law operational_space and force sensed")));
@@ -101,7 +101,7 @@ TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs two grasps or more of one target")));
   p = squeeze();
   p.post_impact->joints = Joints::pd;
-  EXPECT_THAT(faults(p), Contains(HasSubstr("post_impact.grasp_force belongs to joints: grasp_force; they are pd")));
+  EXPECT_THAT(faults(p), Contains(HasSubstr("post_impact.grasp_force requires joints: grasp_force; they are pd")));
 }
 
 }  // namespace impedance_capture_test

@@ -178,7 +178,7 @@ TEST(Laws, RejectUnsupportedSettings) {
   CaptureProblem p = one_arm();
   p.post_impact->detumble->target = "";
   EXPECT_THAT(faults(p),
-              ElementsAre(HasSubstr("the grasps hold 2 targets; say which by 'target', 'box-120' or 'box-80'")));
+              ElementsAre(HasSubstr("the grasps hold 2 targets; name one with 'target', 'box-120' or 'box-80'")));
   p.post_impact->detumble->target = "box-8";
   EXPECT_THAT(faults(p), ElementsAre(HasSubstr("'box-8', which no grasp holds; did you mean 'box-80'?")));
   p = one_arm();
@@ -194,19 +194,19 @@ TEST(Laws, RejectUnsupportedSettings) {
     }
   }
   EXPECT_THAT(faults(p), ::testing::Contains(HasSubstr(
-                             "the arm of grasps[1] has 5 moving joints; the six motions of 'box-80' take 6 or more")));
+                             "the arm of grasps[1] has 5 moving joints; the six motions of 'box-80' need at least 6")));
   p = one_arm();
   p.post_impact->joints = Joints::pd;
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.detumble belongs to joints: detumble; they are pd")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.detumble requires joints: detumble; they are pd")));
   p = one_arm();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset();
   p.post_impact->base_control = BaseControlSetup{};
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("the joints keep the base's attitude already")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("the joints already control the base's attitude")));
   p = shipped();
   p.post_impact->joints = Joints::keep_base_attitude;
   p.post_impact->detumble.reset(), p.post_impact->base_control.reset();
-  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("this law is not there for closed loops; use detumble or pd")));
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("this law does not support closed loops; use detumble or pd")));
 }
 
 }  // namespace law_capture_test

@@ -159,12 +159,12 @@ TEST(TargetBodies, RejectInvalidPanels) {
   target.mass = 11;
   EXPECT_THAT(panel_fault(target), HasSubstr("the panels have 12 kg"));
   target.mass = 100, target.inertia.yy = target.inertia.xx = target.inertia.zz = 12;
-  EXPECT_THAT(panel_fault(target), HasSubstr("leaves none that a body can have"));
+  EXPECT_THAT(panel_fault(target), HasSubstr("is not that of a rigid body"));
   target = target_with_panels();
   target.panels[1].name = "wing";
   EXPECT_THAT(panel_fault(target), HasSubstr("two panels are called 'wing'"));
   target.panels[1].name = "..";
-  EXPECT_THAT(panel_fault(target), HasSubstr("no name of a panel"));
+  EXPECT_THAT(panel_fault(target), HasSubstr("not a valid name of a panel"));
   target = target_with_panels();
   target.panels[0].beam->bending_stiffness_y.reset();
   EXPECT_THAT(panel_fault(target), HasSubstr("panel 'wing': a beam needs"));
@@ -177,7 +177,7 @@ TEST(BeamFault, RejectsInvalidBeams) {
     return beam_fault(link);
   };
   EXPECT_EQ(fault([](BodyDescription&) {}), "");
-  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->to = l.beam->from; }), HasSubstr("at the same place"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.beam->to = l.beam->from; }), HasSubstr("must differ"));
   EXPECT_THAT(fault([](BodyDescription& l) {
                 l.beam->bending_stiffness_y.reset(), l.beam->bending_stiffness_z.reset();
                 l.beam->torsional_stiffness.reset();
@@ -185,12 +185,12 @@ TEST(BeamFault, RejectsInvalidBeams) {
               HasSubstr("needs bending_stiffness_y"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length = 7; }), HasSubstr("more than the 12 kg"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.inertia = Symmetric3d::diagonal(2.2, 1, 2.2); }),
-              HasSubstr("leave none that a body can have"));
+              HasSubstr("are not those of a rigid body"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->section_y = Vector3d{0, 2, 0}; }), HasSubstr("along the beam"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->rotary_inertia = 0; }), HasSubstr("needs rotary_inertia"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->mass_per_length.reset(); }), HasSubstr("must be the beam's"));
   EXPECT_THAT(fault([](BodyDescription& l) { l.beam->from = {0.1, -0.3, 0}; }), HasSubstr("before the link's joint"));
-  EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base is no beam"));
+  EXPECT_THAT(fault([](BodyDescription& l) { l.parent.clear(); }), HasSubstr("the base cannot be a beam"));
   JointDescription joint;
   joint.type = JointType::revolute;
   EXPECT_THAT(gear_fault(joint), HasSubstr("needs rotor_inertia"));

@@ -177,10 +177,10 @@ TEST(TaperedBeam, RejectsInvalidBeams) {
   EXPECT_THAT(fault([](BeamDescription& b) { b.bending_stiffness_y = 3; }), HasSubstr("follows from the section"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations.pop_back(); }), HasSubstr("at both of its ends"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 1.9; }), HasSubstr("the last at the beam's end, 2 m"));
-  EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 0; }), HasSubstr("follow each other"));
+  EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].at = 0; }), HasSubstr("must be in order"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].section = flat(0.1, 0.1); }), HasSubstr("same kind"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[1].section->wall_thickness = 0.01; }),
-              HasSubstr("leaves nothing hollow"));
+              HasSubstr("fills the section"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[0].section->width = 0.01; }),
               HasSubstr("a diameter, or a width"));
   EXPECT_THAT(fault([](BeamDescription& b) { b.stations[0].section.reset(); }),
@@ -189,7 +189,7 @@ TEST(TaperedBeam, RejectsInvalidBeams) {
                 b.material.reset(), b.stations[0].section.reset(), b.stations[1].section.reset();
                 b.stations[0].bending_stiffness_y = 2;
               }),
-              HasSubstr("station 2, at 2 m: every station states bending_stiffness_y, or none"));
+              HasSubstr("station 2, at 2 m: either every station states bending_stiffness_y or none does"));
 }
 
 }  // namespace tapered_beam_test

@@ -163,7 +163,7 @@ TEST(VibrationModes, RejectImpossibleModes) {
   EXPECT_EQ(fault([](BodyDescription&) {}), "");
   EXPECT_EQ(fault([](BodyDescription& p) { p.modes[0].rotation = {0, -7.63, 0.1}; }), "");  // as a screw
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[0].translation[2] = 5; }),
-              HasSubstr("move 1.45612 times what the body has in one direction, mostly moving along z"));
+              HasSubstr("move 1.45612 times the body's inertia in one direction, mostly moving along z"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("mostly turning about x"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 0; }), HasSubstr("no participation"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].frequency = 0; }), HasSubstr("positive frequency"));
@@ -172,7 +172,7 @@ TEST(VibrationModes, RejectImpossibleModes) {
   BodyDescription all = panel_with_modes_of_any_direction(7, 1);
   EXPECT_EQ(modes_fault(all), "");
   all.joint.type = JointType::continuous;
-  EXPECT_THAT(modes_fault(all), HasSubstr("something of it has to be left"));
+  EXPECT_THAT(modes_fault(all), HasSubstr("part of it must remain"));
 }
 
 }  // namespace vibration_modes_test

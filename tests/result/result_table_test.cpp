@@ -73,9 +73,9 @@ TEST(ResultTable, ReportsOnlyEvaluatedChecks) {
   result.clearance_events.clear(), result.limit_events.clear();
   result.first_violation.reset(), result.valid_until.reset();
   EXPECT_THAT(result_table(result), HasSubstr("\nfeasible: yes, clearance is kept\n"));
-  clearance.not_checked = "no shape is given for left_link";
+  clearance.not_checked = "no shape is stated for left_link";
   const std::string text = result_table(result);
-  EXPECT_THAT(text, HasSubstr("\nfeasible: not checked; clearance: no shape is given for left_link\n"));
+  EXPECT_THAT(text, HasSubstr("\nfeasible: not checked; clearance: no shape is stated for left_link\n"));
   EXPECT_THAT(text, ContainsRegex("clearance_violation +0 +0 +m +not checked"));
   clearance.applies = false, clearance.not_checked = "switched off by clearance.enabled";
   EXPECT_THAT(result_table(result), ContainsRegex("clearance_violation +- +0 +m +not checked"));

@@ -122,8 +122,9 @@ TEST(Magnitudes, InertiaThatRoundingTakes) {
   EXPECT_THAT(
       faults_with({{"com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]",
                     "com: [9e3, 0, 0]\n      inertia: [1e-6, 1e-6, 1e-6]"}}),
-      ElementsAre("scenario.yaml:10:12: error: robot.links[0].com is 9000 m from the body's origin: beside mass times "
-                  "its square, 4.05e+08 kg m^2, the inertia is lost to rounding; put the origin nearer to the body"));
+      ElementsAre(
+          "scenario.yaml:10:12: error: robot.links[0].com is 9000 m from the body's origin: compared with mass times "
+          "its square, 4.05e+08 kg m^2, the inertia is lost to rounding; move the origin closer to the body"));
 }
 
 // --- Inertia as a matrix

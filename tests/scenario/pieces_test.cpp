@@ -121,8 +121,8 @@ TEST_F(Pieces, SayItAll) {
                       with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]")}),
               ElementsAre("scenario.yaml:36:3: error: 'straight_in' needs 'plan' in approach"));
   EXPECT_THAT(faults({kWay, with_grasp("relative_velocity: [0.1, 0, 0]")}),
-              ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so that "
-                          "there is nothing to match; use approach.final_rates: {match: ...}"));
+              ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no "
+                          "velocity is matched; use approach.final_rates: {match: ...}"));
 }
 
 TEST_F(Pieces, ChangedByAPath) {

@@ -77,8 +77,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:8:80: error: robot.links[0].joint.limits: lower limit 2 is above upper limit -2"}},
     {"robot_stop_without_limits",
      {{"lower: -2, upper: 2", "stop: {restitution: 0.5}"}},
-     {"scenario.yaml:8:79: error: robot.links[0].joint.limits.stop: there is neither a lower nor an upper limit to "
-      "stop at"}},
+     {"scenario.yaml:8:79: error: robot.links[0].joint.limits.stop: there is neither a lower nor an upper limit"}},
     {"robot_stop_that_throws_harder",
      {{"lower: -2, upper: 2", "lower: -2, upper: 2, stop: {restitution: 1.5}"}},
      {"scenario.yaml:8:114: error: robot.links[0].joint.limits.stop.restitution is 1.5, must be between 0 and 1"}},
@@ -113,7 +112,7 @@ const std::vector<FaultCase> kCases{
     {"robot_moving_fixed_base",
      {{"base: {mass: 100,", "base: {mode: fixed, mass: 100,"},
       {"initial:\n", "initial:\n  base: {velocity: [1, 0, 0]}\n"}},
-     {"scenario.yaml:20:10: error: initial.base.velocity: the robot's base is fixed, so its motion cannot be given"}},
+     {"scenario.yaml:20:10: error: initial.base.velocity: the robot's base is fixed, so its motion cannot be stated"}},
     {"robot_missing_base",
      {{"  base: {mass: 100, inertia: [10, 10, 10]}\n", ""}},
      {"scenario.yaml:3:3: error: missing key 'base' in robot"}},

@@ -214,7 +214,7 @@ const std::vector<FaultCase> kCases{
       "first given in line 27"}},
     {"end_effector_used_twice",
      {{"point: grip}\n", "point: grip}\n  - {end_effector: tip, target: ball, point: grip}\n"}},
-     {"scenario.yaml:30:20: error: end-effector 'tip' in grasps[1] is used twice; it already holds in grasps[0]"}},
+     {"scenario.yaml:30:20: error: end-effector 'tip' in grasps[1] is used twice; first in grasps[0]"}},
     {"target_grasped_by_nobody",
      {{"grasps:", "  - {name: other, mass: 1, inertia: [1, 1, 1], state: {position: [0, 0, 0]}}\ngrasps:"}},
      {"scenario.yaml:28:12: error: no grasp refers to target 'other'; add a grasp or remove the target"}},
@@ -274,8 +274,8 @@ const std::vector<FaultCase> kCases{
      {{"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\nimpact: {duration: "
        "1e-3}\npost_impact: {duration: 10}\n",
        ""}},
-     {"scenario.yaml:1:1: error: nothing to simulate: give 'approach', 'impact' or both, or 'motion' where nothing is "
-      "captured"}},
+     {"scenario.yaml:1:1: error: nothing to simulate: state 'approach', 'impact' or both, or 'motion' without a "
+      "capture"}},
     {"pd_without_gains",
      {{"  final_rates", "  tracking: {mode: pd, kp: 49}\n  final_rates"}},
      {"scenario.yaml:33:13: error: missing key 'kd' in approach.tracking, needed with mode: pd"}},

@@ -188,9 +188,9 @@ TEST(Shapes, ThereIsALimitToTheirNumber) {
   };
   EXPECT_THAT(faults_of(scenario_with(many(2500), many(2499), kDish)), IsEmpty());
   EXPECT_THAT(faults_of(scenario_with(many(2500), many(2500), kDish)),
-              ElementsAre(HasSubstr("error: targets and robot have 5001 shapes in all, at most 5000 are allowed")));
+              ElementsAre(HasSubstr("error: targets and robot have 5001 shapes in total, at most 5000 are allowed")));
   EXPECT_THAT(faults_of(scenario_with(kDish, many(5000), kDish)),
-              ElementsAre(HasSubstr("error: the robot's bodies have 5001 shapes in all, at most 5000 are allowed")));
+              ElementsAre(HasSubstr("error: the robot's bodies have 5001 shapes in total, at most 5000 are allowed")));
 }
 
 // A surface is known of a target that is one sphere, not of one that has a sphere among others.
