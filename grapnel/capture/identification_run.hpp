@@ -2,7 +2,7 @@
 
 /// @file
 /// Identification of a held target in a run: samples at the clock's sample times, the estimate, and the model that laws
-/// use before and after (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
+/// use before and after (docs/theory, section 16 and 18.6-18.8). Thread safety: one thread at a time.
 
 #include <limits>
 #include <memory>

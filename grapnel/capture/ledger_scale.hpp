@@ -2,7 +2,7 @@
 
 /// @file
 /// Scales for deviations of momentum and energy of one group of touching bodies: the maximum size of its motion, its
-/// exchange, and floors from its mass, size, position and the duration of the run. Equations: docs/theory.md, section
+/// exchange, and floors from its mass, size, position and the duration of the run. Equations: docs/theory, section
 /// 9.
 
 #include "grapnel/dynamics/momentum.hpp"

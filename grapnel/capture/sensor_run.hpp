@@ -2,7 +2,7 @@
 
 /// @file
 /// The sensors of a run: their readings at the clock's sample times, the values that laws receive, and their errors
-/// (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
+/// (docs/theory, 18.1-18.4). Thread safety: one thread at a time.
 
 #include <deque>
 #include <optional>

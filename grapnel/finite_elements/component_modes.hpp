@@ -2,7 +2,7 @@
 
 /// @file
 /// Converts the matrices of a free finite-element model to the data of a flexible body in a robot file: mass, centre of
-/// mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of docs/theory.md.
+/// mass, inertia, and modes clamped at an interface with their participations; (22.11) to (22.14) of docs/theory.
 
 #include <optional>
 #include <vector>

@@ -6,7 +6,7 @@
 ///
 /// Momenta of free trees are integrated as the impulses of contacts and grasps, and the roots' velocities follow from
 /// them: momentum is conserved to rounding at any tolerance, and the energy balance checks everything else. Radau
-/// method of order 9 with events at touch and separation; docs/theory.md, section 12. Springs at joints
+/// method of order 9 with events at touch and separation; docs/theory, section 12. Springs at joints
 /// (JointDescription::spring) and their dampers are included. Limitations: motors give only the efforts of an
 /// ImpactDrive; other joint friction and gravity are neglected; a contact is a point against a plane; grasps turn by
 /// less than half a turn.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The differential equations of a compliant impact (docs/theory.md, section 12) of one model: their tables, single
+/// The differential equations of a compliant impact (docs/theory, section 12) of one model: their tables, single
 /// points in doubles, many points in packs.
 
 #include <memory>

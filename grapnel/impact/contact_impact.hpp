@@ -4,7 +4,7 @@
 /// Impact of contacts that are not grasps: unilateral, with restitution and Coulomb friction, any number
 /// simultaneously.
 ///
-/// All hypotheses follow the same path in the space of impulses and differ in its end (docs/theory.md, section 11).
+/// All hypotheses follow the same path in the space of impulses and differ in its end (docs/theory, section 11).
 
 #include <string>
 

@@ -139,7 +139,7 @@ double PathMotion::frequency_squared(int i) const {
   return k;
 }
 
-// The spring's law (docs/theory.md, section 11).
+// The spring's law (docs/theory, section 11).
 double PathMotion::force_rate(int i, double normal_velocity) const {
   const PathSpring& c = contact(i);
   if (c.phase == NormalPhase::open) return 0;

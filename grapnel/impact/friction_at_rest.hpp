@@ -21,7 +21,7 @@ enum class FrictionChoice { any, middle };
 
 /// The l that minimizes 1/2 l^T A l + l^T b over |l_i| <= radius_i (l_i: two components). Its optimality conditions are
 /// Coulomb's law at the onset of sliding: either A l + b is zero at point i, or |l_i| = radius_i opposite to it
-/// (docs/theory.md, section 11). `A`: 2 m x 2 m, symmetric, positive semidefinite; if it is singular the rate is still
+/// (docs/theory, section 11). `A`: 2 m x 2 m, symmetric, positive semidefinite; if it is singular the rate is still
 /// unique, but the forces are not. `b`: in the range of A up to rounding, as for rates of the same bodies. `start`:
 /// forces near the solution, or empty. The cost is bounded.
 FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius,

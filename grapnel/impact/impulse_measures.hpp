@@ -3,7 +3,7 @@
 /// @file
 /// Effects of impulses at the grasps, and impulses of a given motion: measures of a configuration, for r arms coupled
 /// through a floating base (the extended inverse inertia, impulse ellipsoid and impulse index are due to Yoshida and
-/// Sashida 1993; docs/theory.md, section 13).
+/// Sashida 1993; docs/theory, section 13).
 ///
 /// Angular and linear parts have different units and are never summed: an ellipsoid is of one or the other, and rows
 /// taken together are scaled by the response of the free target, (7.8), so that numbers are dimensionless. Held rates

@@ -2,7 +2,7 @@
 
 /// @file
 /// Sensitivities of impulses and base rate of a plastic impact: derivatives of plastic_impact() by dual numbers through
-/// the kernels and implicit differentiation of its equations (docs/theory.md, section 13). Limitations: first order, at
+/// the kernels and implicit differentiation of its equations (docs/theory, section 13). Limitations: first order, at
 /// this configuration; effects of replanning the approach are not included.
 
 #include <Eigen/Core>

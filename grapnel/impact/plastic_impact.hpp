@@ -5,7 +5,7 @@
 ///
 /// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-
 ///
-/// (docs/theory.md, section 7), over robot and targets together, valid for any momentum, any number of arms, shared
+/// (docs/theory, section 7), over robot and targets together, valid for any momentum, any number of arms, shared
 /// targets and non-square Jacobians. The thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see
 /// published_impact.hpp. Limitations: instantaneous, no restitution, no friction; configuration unchanged; finite
 /// forces are neglected.
@@ -20,7 +20,7 @@
 
 namespace grapnel {
 
-// Checks of one instantaneous impact, for every law: (9.5) and (9.6) of docs/theory.md. They are relative to the bodies
+// Checks of one instantaneous impact, for every law: (9.5) and (9.6) of docs/theory. They are relative to the bodies
 // in the impact, so that a heavy body elsewhere hides nothing.
 
 struct ImpactChecks {
@@ -93,12 +93,12 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
                              std::span<const Grasp> grasps, std::span<const HeldRate> held);
 
 /// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows permit. Held velocities are eliminated, so that they
-/// are exact and the minimum singular value of the rest is that of the grasps: (7.21) of docs/theory.md. Otherwise as
+/// are exact and the minimum singular value of the rest is that of the grasps: (7.21) of docs/theory. Otherwise as
 /// solve_impulsive_constraint(). `factor` is M's. @throws std::invalid_argument if M is not positive definite.
 ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
                                   const Eigen::VectorXd& v, const Eigen::VectorXd& u_after);
 
-/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows permit (docs/theory.md, equations (7.5)-(7.7)), with
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows permit (docs/theory, equations (7.5)-(7.7)), with
 /// its checks; drives whose rates contradict the grasps are overpowered, (7.20). `rows` are those of `grasps` and
 /// `held`.
 ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,

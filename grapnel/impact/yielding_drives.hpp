@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Held rates that contradict the grasps: drives are overpowered, with minimum deviation (docs/theory.md, section 7).
+/// Held rates that contradict the grasps: drives are overpowered, with minimum deviation (docs/theory, section 7).
 ///
 /// A drive that holds a rate represents a rotor of infinite inertia. The limit k -> infinity of the plastic impact with
 /// rotors k J_r at the prescribed rates is

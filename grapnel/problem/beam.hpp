@@ -2,7 +2,7 @@
 
 /// @file
 /// A beam within a link, as flexible_robot() divides it: sections along its length, hinges with springs, rigid pieces
-/// between them; (22.2) to (22.5a) of docs/theory.md. Internal to this module.
+/// between them; (22.2) to (22.5a) of docs/theory. Internal to this module.
 
 #include <string>
 #include <vector>

@@ -4,7 +4,7 @@
 /// Flexible bodies as rigid pieces on springs: beams within links (finite segments), flexible gears, hinges with
 /// springs. This module converts their descriptions (BeamDescription, JointElasticity, JointSpring) to bodies and
 /// joints of a robot, once, so that dynamics, constraints and impacts treat only rigid bodies; (22.1) to (22.6) of
-/// docs/theory.md.
+/// docs/theory.
 
 #include <optional>
 #include <string>

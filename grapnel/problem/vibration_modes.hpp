@@ -2,7 +2,7 @@
 
 /// @file
 /// Modes of vibration that a file states for a body, as masses and rotors on springs; (22.9) to (22.9b) of
-/// docs/theory.md. Internal to this module, except for modes_fault() of flexible_bodies.hpp.
+/// docs/theory. Internal to this module, except for modes_fault() of flexible_bodies.hpp.
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The small convex programs of joints at rest (docs/theory.md, section 19): which of them slip, whether friction can
+/// The small convex programs of joints at rest (docs/theory, section 19): which of them slip, whether friction can
 /// hold all, and which of several admissible sets of friction efforts is reported. Thread safety: free functions.
 
 #include <Eigen/Core>

@@ -2,7 +2,7 @@
 
 /// @file
 /// Joints with static friction and stops: modes in which their motion is smooth, the choice of modes at events, and
-/// impacts at stops. docs/theory.md, section 19. Thread safety: one thread at a time.
+/// impacts at stops. docs/theory, section 19. Thread safety: one thread at a time.
 
 #include <Eigen/Core>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Models of joint motors: maximum effort at a rate, torque ripple, current. docs/theory.md, (19.12) to (19.14).
+/// Models of joint motors: maximum effort at a rate, torque ripple, current. docs/theory, (19.12) to (19.14).
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A reference orbit, and the forces on bodies near it in a frame that falls with it without rotation (docs/theory.md,
+/// A reference orbit, and the forces on bodies near it in a frame that falls with it without rotation (docs/theory,
 /// section 14).
 ///
 /// The field is the linear part of the difference between the gravity at a point and that at the reference point. Its
