@@ -193,7 +193,7 @@ TEST(Faults, AllListed) {
                   "initial joint positions: 5 values for 6 joints", "approach: duration must be positive",
                   "approach: kd: 7 values for 6 joints", "impact: duration must be positive",
                   "post_impact: duration must be positive", "initial: give the base's twist or the momentum, not both",
-                  "no grasp refers to target 'target-2'"));
+                  "no grasp names target 'target-2'"));
 }
 
 TEST(Faults, EachIsFound) {

@@ -167,7 +167,7 @@ TEST(VibrationModes, RejectImpossibleModes) {
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 1.5; }), HasSubstr("mostly turning about x"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].rotation[0] = 0; }), HasSubstr("no participation"));
   EXPECT_THAT(fault([](BodyDescription& p) { p.modes[1].frequency = 0; }), HasSubstr("positive frequency"));
-  EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("not both"));
+  EXPECT_THAT(fault([](BodyDescription& p) { p.beam = BeamDescription{}; }), HasSubstr("both a beam and modes"));
   // On a hinge some mass must remain.
   BodyDescription all = panel_with_modes_of_any_direction(7, 1);
   EXPECT_EQ(modes_fault(all), "");

@@ -145,7 +145,7 @@ const std::vector<FaultCase> kCases{
       {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
      {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
-      "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
+      "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is no point to reach"}},
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
      {"scenario.yaml:32:21: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
