@@ -105,9 +105,9 @@ int sweep(const StudyOptions& options) {
   try {
     std::vector<Fault> warnings;
     study = load_study(options.study, &warnings);
-    say_faults(warnings);
+    print_errors(warnings);
   } catch (const InputError& error) {
-    say_faults(error.faults());
+    print_errors(error.faults());
     return kBadInput;
   }
   if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});
