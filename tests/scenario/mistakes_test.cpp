@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace slips_test {
+namespace mistakes_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -135,5 +135,5 @@ TEST(KeySlips, AreOneFaultEach) {
               ElementsAre(at("32:3", "unknown key 'duratio' in approach; did you mean 'duration'?")));
 }
 
-}  // namespace slips_test
+}  // namespace mistakes_test
 }  // namespace grapnel::test
