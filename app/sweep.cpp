@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Writes rows as they are computed, in case the program is killed before the table is complete.
+// Writes rows during the computation, in case the program is killed before the table is complete.
 class PartialTable {
  public:
   PartialTable(fs::path path, const Campaign& study) : path_(std::move(path)), study_(study) {

@@ -49,7 +49,7 @@ html_show_sphinx = False
 html_static_path = [str(ROOT / "docs" / "site" / "static")]
 html_css_files = ["site.css"]
 html_extra_path = [str(BUILT / "extra")]
-# Excerpts of what is found are fetched by the page, which a browser does not allow from disk; titles and places need none of that.
+# Excerpts of the results are fetched by the page, which a browser does not allow from disk; titles and places need none of that.
 html_show_search_summary = False
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#2a5f8f", "color-brand-content": "#2a5f8f"},
@@ -79,7 +79,7 @@ def members_of_namespace(renderer, node):
 
 
 def plain_docstring(app, what, name, item, options, lines):
-    """Docstrings are text: |x| is a magnitude and no substitution, * a product and no emphasis. Code in backquotes stays as it is."""
+    """Docstrings are text: |x| is a magnitude and no substitution, * a product and no emphasis. Code in backquotes stays unchanged."""
     for i, line in enumerate(lines):
         parts = re.split(r"(`+[^`]*`+)", line)
         lines[i] = "".join(part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts)

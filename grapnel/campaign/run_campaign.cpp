@@ -156,7 +156,7 @@ struct Setting {
   std::string_view reason, setting;
 };
 constexpr auto kSettings = std::to_array<Setting>({
-    {"loads are looked for", "the columns margins/…, which keep.columns can leave out"},
+    {"loads are monitored", "the columns margins/…, which keep.columns can leave out"},
     {"loops are cut", "integration.loops"},
     {"loops are not closed by projection", "integration.loops"},
     {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},

@@ -125,7 +125,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 // Why a segment must be integrated here; empty: it may be integrated elsewhere.
 std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup) {
   if (run.monitor.records()) return "it is recorded";
-  if (run.monitor.seeks_loads()) return "loads are looked for";
+  if (run.monitor.seeks_loads()) return "loads are monitored";
   if (run.monitor.inspects_steps()) return "plumes, or gyros, are watched in every step";
   if (run.law.works()) return "a law moves the joints together";
   if (!run.bodies.system.closures.empty()) {

@@ -26,7 +26,7 @@ struct KeyAndValue {
   std::string_view key, value;
 };
 
-/// The parts of "duration:20" and "duration = 20", which YAML reads as one text; else empty.
+/// The parts of "duration:20" and "duration = 20", which YAML reads as one string; else empty.
 std::optional<KeyAndValue> key_without_blank(std::string_view text);
 
 /// "a key needs a colon and a blank after it: 'duration: 20'" for "duration:20" and "duration = 20", else empty.

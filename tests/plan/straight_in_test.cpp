@@ -94,7 +94,8 @@ constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Or
                                                Goal::Orientation::pose};
 
 TEST(StraightIn, ArrivesOnTheLineAtTheDemandedSpeed) {
-  Worst arrival("arrival of a straight-in motion, simulated [m]"), line("distance from the line on the way [m]");
+  Worst arrival("arrival of a straight-in motion, simulated [m]"),
+      line("distance from the line during the approach [m]");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
     FloatingBase base(s.model, true);
@@ -167,7 +168,8 @@ std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
 }
 
 TEST(ConstrainedStraightInCase, SelfMotionEnforcesPositionLimits) {
-  Worst line("distance from the line, of joints that keep their limits [m]"), drift("momentum's drift meanwhile");
+  Worst line("distance from the line, of joints that keep their limits [m]"),
+      drift("drift of momentum during the approach");
   for (Goal::Orientation orientation : kOrientations) {
     Servicer s = seven_joints();
     FloatingBase base(s.model, true);
