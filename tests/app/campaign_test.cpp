@@ -98,7 +98,7 @@ class Campaign : public test::ProgramRun {
   }
 };
 
-TEST_F(Campaign, CasesThatBreakConservationAreNoSuccess) {
+TEST_F(Campaign, ConservationFailuresAreNoSuccess) {
   const fs::path file =
       write("coarse.yaml",
             "schema: grapnel-campaign/1\nname: coarse\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
@@ -136,7 +136,7 @@ TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
   EXPECT_FALSE(fs::exists(folder_ / "r1" / "lock"));
 }
 
-TEST_F(Campaign, TheSameCommandAgainFindsEverythingThere) {
+TEST_F(Campaign, RerunFindsAllResults) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r").code, 0);
   const std::string before = read_text(folder_ / "r" / "table.h5");
@@ -146,7 +146,7 @@ TEST_F(Campaign, TheSameCommandAgainFindsEverythingThere) {
   EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
-TEST_F(Campaign, PartsInOneFolderOrInSeveralAreTheWhole) {
+TEST_F(Campaign, PartsEqualWhole) {
   study(600);
   ASSERT_EQ(run("campaign study.yaml -o whole --quiet").code, 0);
   for (int i = 1; i <= 3; ++i) {
@@ -169,7 +169,7 @@ TEST_F(Campaign, PartsInOneFolderOrInSeveralAreTheWhole) {
   expect_same_results("whole", "part3");
 }
 
-TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
+TEST_F(Campaign, JobArraySelectsPart) {
   study(300);
   const std::string array = "SLURM_ARRAY_TASK_ID=12 SLURM_ARRAY_TASK_MIN=10 SLURM_ARRAY_TASK_MAX=13 ";
   const auto run_in = [&](const std::string& environment, const std::string& arguments) {
@@ -198,7 +198,7 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
 }
 
 // A manifest that says another arithmetic, sealed as the program seals it.
-TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
+TEST_F(Campaign, MergeIndependentOfLocalArithmetic) {
   study(300);
   for (const std::string part : {"1", "2"})
     ASSERT_EQ(run("campaign study.yaml --quiet -o part" + part + " --shard " + part + "/2").code, 0);
@@ -226,7 +226,7 @@ TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
   EXPECT_EQ(read_manifest(folder_ / "both")->arithmetic, "abacus");
 }
 
-TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
+TEST_F(Campaign, DamagedManifestRejectedWithRemedy) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   const std::string before = read_text(folder_ / "r" / "table.h5");
@@ -246,7 +246,7 @@ TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
   EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
-TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {
+TEST_F(Campaign, ExtensionInStepsEqualsOneRun) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o steps --quiet").code, 0);
   ASSERT_EQ(run("campaign study.yaml -o steps --quiet --extend 200").code, 0);
@@ -257,7 +257,7 @@ TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {
   EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them complete"));
 }
 
-TEST_F(Campaign, OneCaseAloneIsTheCampaignsCase) {
+TEST_F(Campaign, SingleCaseEqualsCampaignCase) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   const Outcome o = run("campaign study.yaml --only 123 -o alone");
@@ -279,7 +279,7 @@ TEST_F(Campaign, OneCaseAloneIsTheCampaignsCase) {
   EXPECT_EQ(std::stod(field), impulse);  // the same bits
 }
 
-TEST_F(Campaign, AnotherCampaignsFolderIsRefused) {
+TEST_F(Campaign, RejectsFolderOfOtherCampaign) {
   study(300);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
   study(301);
@@ -293,7 +293,7 @@ TEST_F(Campaign, AnotherCampaignsFolderIsRefused) {
   EXPECT_THAT(merged.err, HasSubstr("other and r hold different campaigns"));
 }
 
-TEST_F(Campaign, BadInputIsFoundBeforeAnythingRuns) {
+TEST_F(Campaign, BadInputFoundBeforeRun) {
   EXPECT_EQ(run("campaign nowhere.yaml").code, 2);
   study(300);
   const Outcome o = run("map study.yaml -o r");
@@ -309,7 +309,7 @@ TEST_F(Campaign, BadInputIsFoundBeforeAnythingRuns) {
   }
 }
 
-TEST_F(Campaign, AFolderThatCannotBeWrittenIsNamed) {
+TEST_F(Campaign, UnwritableFolderIsNamed) {
   study(300);
   write("file", "");
   const Outcome o = run("campaign study.yaml -o file/r");
@@ -325,7 +325,7 @@ TEST_F(Campaign, AFolderThatCannotBeWrittenIsNamed) {
 
 class LongCampaign : public Campaign {};
 
-TEST_F(LongCampaign, KilledAtAnyMomentItGoesOnToTheSameBytes) {
+TEST_F(LongCampaign, ResumesToSameBytesAfterKill) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   unsigned random = 4711;
@@ -350,7 +350,7 @@ TEST_F(LongCampaign, KilledAtAnyMomentItGoesOnToTheSameBytes) {
   EXPECT_GE(kills, 60);
 }
 
-TEST_F(LongCampaign, CtrlCStopsCleanlyAndSaysHowToGoOn) {
+TEST_F(LongCampaign, CtrlCStopsAndNamesResumeCommand) {
   study(200000);
   const pid_t child = start({"campaign", "study.yaml", "-o", "r", "-j", "2"});
   await_shards("r", 3);
@@ -365,7 +365,7 @@ TEST_F(LongCampaign, CtrlCStopsCleanlyAndSaysHowToGoOn) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "lock"));
 }
 
-TEST_F(LongCampaign, AFullDiskIsNamedAndWhatIsThereStays) {
+TEST_F(LongCampaign, FullDiskReportedAndResultsKept) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   write("limited",
@@ -381,7 +381,7 @@ TEST_F(LongCampaign, AFullDiskIsNamedAndWhatIsThereStays) {
 }
 
 // The shards fit, the table does not.
-TEST_F(LongCampaign, ATableThatDoesNotFitIsNamed) {
+TEST_F(LongCampaign, TableBeyondFileSizeLimitIsNamed) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet --no-csv --no-report").code, 0);
   const auto size = fs::file_size(folder_ / "r" / "table.h5");
@@ -400,7 +400,7 @@ TEST_F(LongCampaign, ATableThatDoesNotFitIsNamed) {
   }
 }
 
-TEST_F(LongCampaign, ASmallFileSystemThatIsFullIsNamedAndWhatIsThereStays) {
+TEST_F(LongCampaign, FullFileSystemReportedAndResultsKept) {
   study(4000);
   fs::create_directory(folder_ / "small");
   if (mount("none", (folder_ / "small").c_str(), "tmpfs", 0, "size=300k") != 0)
@@ -447,7 +447,7 @@ TEST_F(MpiCampaign, TheSameBytesForAnyNumberOfRanks) {
   }
 }
 
-TEST_F(MpiCampaign, WhatIsWrongEndsAllRanks) {
+TEST_F(MpiCampaign, ErrorEndsAllRanks) {
   study(500);
   EXPECT_EQ(run_ranks(3, "campaign nowhere.yaml").code, 2);
   EXPECT_EQ(run_ranks(3, "campaign study.yaml --nonsense").code, 2);

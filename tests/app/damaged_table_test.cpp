@@ -47,7 +47,7 @@ class DamagedTable : public test::ProgramRun {
 };
 
 // With HDF5 in the program itself 9 of these 60 end it by SIGSEGV.
-TEST_F(DamagedTable, ATableIsReadOrRefused) {
+TEST_F(DamagedTable, ReadsOrRejectsTable) {
   const std::string sound = read_text(folder_ / "r" / "table.h5");
   int refused = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -67,7 +67,7 @@ TEST_F(DamagedTable, ATableIsReadOrRefused) {
   EXPECT_GT(refused, 5);
 }
 
-TEST_F(DamagedTable, ADamagedShardIsComputedAgain) {
+TEST_F(DamagedTable, RecomputesDamagedShard) {
   const fs::path shard = folder_ / "r" / "shards" / "000001.h5";
   const std::string sound = read_text(shard), table = read_text(folder_ / "r" / "table.csv");
   for (unsigned seed = 0; seed < 12; ++seed) {

@@ -33,7 +33,7 @@ class Optimize : public test::ProgramRun {
 };
 
 // Impact only and the whole run, with ideal tracking, meet the same impact.
-TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
+TEST_F(Optimize, BestScenarioReproducesObjective) {
   for (const std::string simulate : {"impact", "run"}) {
     study(simulate, "search: {evaluations: 12, refine: 1}\n");
     const Outcome o = run("optimize study.yaml -o r -j 2");
@@ -50,7 +50,7 @@ TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
   }
 }
 
-TEST_F(Optimize, OverwritesNoScenarioOfItsUser) {
+TEST_F(Optimize, NeverOverwritesUserScenario) {
   study("impact", "search: {evaluations: 4, refine: 0}\n");
   write("best.yaml", "name: mine\n");
   const Outcome o = run("optimize study.yaml -o .");
@@ -67,7 +67,7 @@ TEST_F(Optimize, TheSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(read_text(folder_ / "r1" / file), read_text(folder_ / "r3" / file)) << file;
 }
 
-TEST_F(Optimize, NothingAcceptableIsExitCode1AndSaysWhich) {
+TEST_F(Optimize, NoAcceptablePointIsExitCode1WithReason) {
   study("impact",
         "search: {evaluations: 4, refine: 0}\nlimits: [{column: grasps/tip-1/impulse_magnitude, at_most: 0}]\n");
   const Outcome o = run("optimize study.yaml -o r");
@@ -78,7 +78,7 @@ TEST_F(Optimize, NothingAcceptableIsExitCode1AndSaysWhich) {
   EXPECT_TRUE(fs::exists(folder_ / "r" / "evaluations.csv"));
 }
 
-TEST_F(Optimize, BadInputIsFoundBeforeAnythingRuns) {
+TEST_F(Optimize, BadInputFoundBeforeRun) {
   study("impact", "serch: {}\n");
   const Outcome o = run("optimize study.yaml -o r");
   EXPECT_EQ(o.code, 2);

@@ -104,7 +104,7 @@ bool same_points(const WindowReport& a, const WindowReport& b) {
                     });
 }
 
-TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
+TEST(CaptureWindow, SoonestTimeMatchesClosedForm) {
   double expected = 0;
   const CaptureProblem p = coming_round(expected);
   const CaptureTime chosen = choose_capture_time(p);
@@ -144,7 +144,7 @@ TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
 }
 
 // Where servicer and target drift together nothing changes, at the same place of rounding of another frame.
-TEST(CaptureWindow, ADriftThatAllHaveChangesNoTime) {
+TEST(CaptureWindow, CommonDriftDoesNotChangeTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   const Vector3d drift{0.3, -0.2, 0}, place{5, 7, 0};
@@ -161,7 +161,7 @@ TEST(CaptureWindow, ADriftThatAllHaveChangesNoTime) {
 }
 
 // A target that is given at the capture is the same whenever that is: only the servicer's way to it changes.
-TEST(CaptureWindow, ATargetGivenAtTheCaptureWaits) {
+TEST(CaptureWindow, TargetGivenAtCapture) {
   CaptureProblem p = one_arm();
   const Vector3d drift{0.2, 0, 0};
   p.V_WB = Twistd{{0, 0, 0}, drift};
@@ -179,7 +179,7 @@ TEST(CaptureWindow, ATargetGivenAtTheCaptureWaits) {
 
 // The target drifts with -v along y and turns with w: its grasp point at r from the axis is slowest where it moves
 // against the drift, which is when it lies along x.
-TEST(CaptureWindow, TheSlowestTimeIsThatOfTheClosedForm) {
+TEST(CaptureWindow, SlowestTimeMatchesClosedForm) {
   CaptureProblem p = one_arm();
   constexpr double kRate = 0.15, kArm = 0.5, kDrift = 0.02, kSlowest = 10.3;
   TargetSetup& target = p.targets[0];
@@ -196,7 +196,7 @@ TEST(CaptureWindow, TheSlowestTimeIsThatOfTheClosedForm) {
 }
 
 // The best objective: better than at every time looked at, and than close by.
-TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
+TEST(CaptureWindow, ObjectiveIsMinimalAtChosenTime) {
   CaptureProblem p = one_arm();
   p.targets[0].X_WT = {rotation_by({0, 0, 1}), center(p) + Vector3d{2.2, 0.3, 0}};
   p.targets[0].V_WT = {{0, 0, 0.2}, {0, 0, 0}};
@@ -221,7 +221,7 @@ TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
     EXPECT_GE(objective_at(t), least - 1e-6) << t;
 }
 
-TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
+TEST(CaptureWindow, RunEqualsRunAtChosenTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.X_WB.p = {31.7, -22.3, 0.4};  // planned in another frame than W
@@ -256,7 +256,7 @@ TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
 }
 
 // Replanning during the approach keeps the time of capture and its report.
-TEST(CaptureWindow, ReplanningKeepsTheTime) {
+TEST(CaptureWindow, ReplanningKeepsTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.approach->window->choose = Choose::objective;
@@ -276,7 +276,7 @@ TEST(CaptureWindow, ReplanningKeepsTheTime) {
 
 // The thesis's robot, and a target that is out of reach at all times: the error comes immediately, with the distance
 // and the times.
-TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
+TEST(CaptureWindow, UnreachableReportedImmediately) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
   p.approach->plan.emplace();
@@ -304,7 +304,7 @@ TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
 }
 
 // Within reach by distance, but not with these joints: the planner's own reason, in about a second.
-TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
+TEST(CaptureWindow, InfeasiblePlanReportedSoon) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
@@ -332,7 +332,7 @@ TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
 
 // A grasp point on a wheel that turns before the arm, its direction inward along the spoke: free while it faces the
 // arm.
-TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
+TEST(CaptureWindow, OppositeDirectionIsNotFree) {
   CaptureProblem p = one_arm();
   p.robot.end_effectors[0].approach_axis = Vector3d{1, 0, 0};
   constexpr double kAway = 2, kArm = 0.4, kRate = 0.2;
@@ -363,7 +363,7 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
 }
 
 // If external forces move the servicer, momentum does not determine its position, and distances exclude nothing.
-TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
+TEST(CaptureWindow, PushedServicerIsNotExcludedByDistance) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.approach->window = CaptureWindow{24, 26, 1, Choose::soonest};
@@ -417,7 +417,7 @@ TEST(ReachBound, HoldsForAnyConfiguration) {
   EXPECT_GT(largest, 0.8);
 }
 
-TEST(ReachBound, OfAStraightArmIsItsLength) {
+TEST(ReachBound, StraightArmIsItsLength) {
   const CaptureProblem p = one_arm();
   const CaptureSystem servicer = make_servicer(p);
   const int frame = servicer.end_effectors[0];
@@ -426,7 +426,7 @@ TEST(ReachBound, OfAStraightArmIsItsLength) {
 }
 
 // Problems that a program makes, which no reader has looked at.
-TEST(CaptureWindow, ContradictionsOfAProgramAreRefused) {
+TEST(CaptureWindow, RejectsContradictions) {
   double expected = 0;
   const CaptureProblem good = coming_round(expected);
   const auto fault = [&](const auto& change) {

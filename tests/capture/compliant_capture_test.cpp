@@ -46,7 +46,7 @@ double largest_force(const CaptureResult& r, const std::string& hand) {
   return most;
 }
 
-TEST(CompliantGrasps, AreRecordedInTimeAndHoldAfterwards) {
+TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
   SKIP_UNDER_SANITIZERS();
   Worst integral("integral of the force"), peak("peak");
   for (int i = 0; i < 3; ++i) {
@@ -107,7 +107,7 @@ TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
   EXPECT_NEAR(rate, 0.5, 0.1);
 }
 
-TEST(CompliantContacts, PartAndTheTargetIsFree) {
+TEST(CompliantContacts, SeparateAndTargetIsFree) {
   Worst integral("integral of the force");
   for (int i = 0; i < 4; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -149,7 +149,7 @@ TEST(CompliantContacts, ConvergeToFullRestitution) {
   EXPECT_NEAR(rate, 0.5, 0.1);
 }
 
-TEST(CompliantImpact, JointsBrakedOrDrivenAreReportedAndTheBooksBalance) {
+TEST(CompliantImpact, BrakedOrDrivenJointsReportedAndLedgerPasses) {
   for (RobotSetup::Base base : {RobotSetup::Base::free, RobotSetup::Base::fixed}) {
     for (Joints joints : {Joints::free, Joints::braked, Joints::driven}) {
       SCOPED_TRACE(static_cast<int>(base) * 10 + static_cast<int>(joints));
@@ -189,7 +189,7 @@ TEST(CompliantImpact, JointsBrakedOrDrivenAreReportedAndTheBooksBalance) {
   }
 }
 
-TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
+TEST(CompliantImpact, BrakedJointsConvergeToPlasticImpact) {
   SKIP_UNDER_SANITIZERS();
   for (Joints joints : {Joints::braked, Joints::driven}) {
     CaptureProblem p = meeting_case(2);
@@ -212,7 +212,7 @@ TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
 }
 
 // One arm holds its target when the other meets its own.
-TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
+TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
   SKIP_UNDER_SANITIZERS();
   for (bool contact : {false, true}) {
     CaptureProblem p = contact ? soft_rebound(3) : yielding_case(1e7, 3);
@@ -243,7 +243,7 @@ TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
 }
 
 // The first arm's impact takes longer than the second waits.
-TEST(CompliantImpact, PassesOverWhatIsDueMeanwhile) {
+TEST(CompliantImpact, SkipsEventsDueDuringImpact) {
   CaptureProblem p = yielding_case(2e3, 3);
   p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 1e-3;
   p.post_impact->releases = {{1.2, {"hand0"}}};
@@ -283,7 +283,7 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
 
 // What springs still hold when the time is over is said; more than a thousandth of the energy fails the conservation
 // checks.
-TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
+TEST(CompliantImpact, BrakesAfterwardsAndWarnsIfUnfinished) {
   CaptureProblem p = yielding_case(1e4, 1);
   p.impact->compliant.longest = 5e-3;
   p.post_impact->joints = PostImpactSetup::Joints::braked;
@@ -300,7 +300,7 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
 }
 
 // A contact whose impact is cut off has not separated: its energy counts, and it is not reported as separated.
-TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
+TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   const CaptureProblem whole = soft_rebound(2);
   const CaptureResult over = simulate_capture(whole);
   expect_passes(over);
@@ -322,7 +322,7 @@ TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
 
 // A hand that rubs on a surface with nothing to damp it: its slip changes sides while it presses. What friction takes
 // shows errors of velocities within the slip speed.
-TEST(CompliantContacts, KeepTheEnergyWhereSlipChangesSides) {
+TEST(CompliantContacts, EnergyBalanceAcrossSlipReversal) {
   struct Rub {
     double friction, slip_speed, stiffness;
   };
@@ -340,7 +340,7 @@ TEST(CompliantContacts, KeepTheEnergyWhereSlipChangesSides) {
   }
 }
 
-TEST(CompliantImpact, IsRefusedInClosedLoops) {
+TEST(CompliantImpact, RejectedInClosedLoops) {
   LoopOptions options;
   options.target_of_arm = {0, 0, 1};
   options.joints = 6;
@@ -356,7 +356,7 @@ TEST(CompliantImpact, IsRefusedInClosedLoops) {
   EXPECT_EQ(r.impact->grasps.size(), 2u);
 }
 
-TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
+TEST(CompliantImpact, OnArrivalInEnvelope) {
   CaptureProblem p = yielding_case(1e5, 5);
   p.grasps.pop_back(), p.targets.pop_back();
   p.grasps[0].closes = GraspSetup::Closes::on_arrival;

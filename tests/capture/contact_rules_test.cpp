@@ -18,7 +18,7 @@ CaptureProblem lagging() {
   return p;
 }
 
-TEST(WeldAsFound, KeepsTheRelativePose) {
+TEST(WeldAsFound, KeepsRelativePose) {
   const CaptureResult r = simulate_capture(lagging());
   expect_passes(r);
   const std::size_t contact = first_sample(r, "contact"), after = first_sample(r, "post_impact");
@@ -38,7 +38,7 @@ TEST(WeldAsFound, KeepsTheRelativePose) {
   }
 }
 
-TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
+TEST(TranslateTarget, MovesGraspPointToTip) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
@@ -63,7 +63,7 @@ TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
   EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // it matters
 }
 
-TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
+TEST(Refuse, ReportsGapAndKeepsApproach) {
   CaptureProblem p = lagging();
   p.contact = {ContactSetup::Gap::refuse, 0.08};  // between the two misses
   const CaptureResult r = simulate_capture(p);
@@ -87,7 +87,7 @@ TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
   EXPECT_TRUE(row(r, "work_energy_residual").applies);
 }
 
-TEST(Refuse, NamesEveryArmThatMisses) {
+TEST(Refuse, NamesEveryArmBeyondLimit) {
   CaptureProblem p = lagging();
   p.contact = {ContactSetup::Gap::refuse, 0.001};
   const CaptureResult r = simulate_capture(p);
@@ -95,7 +95,7 @@ TEST(Refuse, NamesEveryArmThatMisses) {
   EXPECT_NE(r.failure.find("; end-effector 'tip-2' misses"), std::string::npos) << r.failure;
 }
 
-TEST(Refuse, WithinTheLimitIsWeldAsFound) {
+TEST(Refuse, WithinLimitEqualsWeldAsFound) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
   p.contact = {ContactSetup::Gap::refuse, 0.5};
@@ -106,7 +106,7 @@ TEST(Refuse, WithinTheLimitIsWeldAsFound) {
 
 // Two arms on one target: it moves by the mean of the two gaps. A target is not moved from beyond the arm's reach,
 // unless the user sets contact.largest_gap.
-TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
+TEST(TranslateTarget, LimitedByReach) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   p.contact.largest_gap.reset();
@@ -119,7 +119,7 @@ TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
   EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
 }
 
-TEST(TranslateTarget, SharedTargetMovesByTheMean) {
+TEST(TranslateTarget, SharedTargetMovesByMeanGap) {
   CaptureProblem p = thesis_case_pd();
   p.targets.pop_back();
   p.targets[0].X_WT.p = {0, 0, 0};
@@ -147,7 +147,7 @@ TEST(TranslateTarget, SharedTargetMovesByTheMean) {
 }
 
 // A grasp without an envelope is not evaluated: it is assumed, with the gap that it bridges.
-TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
+TEST(CapturedVerdict, AssumedWithoutEnvelope) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
   EXPECT_EQ(welded.capture_verdict(), Captured::assumed);
@@ -168,7 +168,7 @@ TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
   EXPECT_TRUE(missed.grasps[0].judged);
 }
 
-TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
+TEST(CapturedVerdict, ReportsDisplacementOfTarget) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
@@ -179,7 +179,7 @@ TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
 }
 
 // From 38 m away nothing is captured unless the user sets contact.largest_gap.
-TEST(LargestGap, IsATenthOfTheReachUnlessStated) {
+TEST(LargestGap, DefaultIsTenthOfReach) {
   CaptureProblem p = thesis_case_pd();
   p.contact.largest_gap.reset();
   p.targets[0].X_WT.p = {40, -2, 0};
@@ -223,7 +223,7 @@ double least_clearance(const CaptureResult& r) {
 }
 
 // Without a check the verdict is neither yes nor no.
-TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
+TEST(Feasibility, NotCheckedWithoutChecks) {
   CaptureProblem p = lagging();
   const CaptureResult none = simulate_capture(p);
   EXPECT_EQ(none.ledger.feasibility(), Verdict::not_checked);
@@ -258,7 +258,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
 }
 
 // The first overlap ends what the run can say.
-TEST(Feasibility, IsValidUntilTheFirstOverlap) {
+TEST(Feasibility, ValidUntilFirstOverlap) {
   CaptureProblem p = with_balls(0.01);
   const double least = least_clearance(simulate_capture(p));
   ASSERT_GT(least, 0);

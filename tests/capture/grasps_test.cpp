@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(Models, Grasp, ::testing::Values(GraspModel::rigid, Gra
                                                                     : "point";
                          });
 
-TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
+TEST_P(Grasp, StaysClosedAndLedgerPasses) {
   double turned = 0;
   for (int i = 100; i < 106; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -97,7 +97,7 @@ TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
 }
 
 // The target receives the opposite impulse at the same point: checked by its change of momentum.
-TEST(Impulses, TargetsReceiveTheOpposite) {
+TEST(Impulses, TargetsReceiveOppositeImpulse) {
   for (int i = 110; i < 116; ++i) {
     SCOPED_TRACE(seed_note(i));
     const CaptureProblem p = random_capture(i);

@@ -65,7 +65,7 @@ std::string fault_of(const std::string& text, std::vector<Override> more = {}) {
 }
 
 // Every row holds until the next: the wheel's torque, the gimbal's rate, pulses of a thruster in every period.
-TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
+TEST(ActuatorLog, CommandsEachActuator) {
   SKIP_UNDER_SANITIZERS();
   const Log log(kHead +
                 ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
@@ -110,7 +110,7 @@ TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
   EXPECT_NEAR(size, 3, 0.05);  // the base turns slightly during this time
 }
 
-TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
+TEST(ActuatorLog, RejectsMismatch) {
   const std::string zeros = "\n0,0,0,0,0,0,0,0\n60,0,0,0,0,0,0,";
   const auto expect = [&](const std::string& text, const std::vector<std::string>& parts,
                           const std::vector<Override>& more = {}) {
@@ -170,7 +170,7 @@ TEST(ActuatorArrays, ArePyramidsOrOrthogonal) {
 }
 
 // Near a singularity from the start on: said in summary and warning, and momentum is kept all the same.
-TEST(GyroCapture, ASingularArrayIsSaid) {
+TEST(GyroCapture, ReportsSingularArray) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem problem = load_scenario(
       kScenario,
@@ -191,7 +191,7 @@ TEST(GyroCapture, ASingularArrayIsSaid) {
 
 // The arms alone keep the base's attitude while the gyros are not steered: the law includes that their motors hold
 // gimbals and rotors at their rates.
-TEST(GyroCapture, ArmsKeepTheBaseBesideGyrosThatStandStill) {
+TEST(GyroCapture, ArmsControlBaseWithIdleGyros) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(load_scenario(
       kScenario,

@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 
 class ImpossiblePlans : public ::testing::TestWithParam<ImpossiblePlan> {};
 
-TEST_P(ImpossiblePlans, AreAnsweredWithTheReason) {
+TEST_P(ImpossiblePlans, ReportReason) {
   constexpr double kLong = 150;
   if (GetParam().work > kLong) SKIP_UNDER_SANITIZERS();
   const CaptureProblem problem = GetParam().problem();

@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace joint_loads_test {
 
-TEST(JointWrenches, DriveAsInverseDynamicsSays) {
+TEST(JointWrenches, MatchInverseDynamics) {
   Worst driving("driving component"), root("free root");
   for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -46,7 +46,7 @@ TEST(JointWrenches, DriveAsInverseDynamicsSays) {
 }
 
 // The shorter the impact, the nearer what joints passed on is to what an impact without duration has.
-TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
+TEST(JointWrenches, ShortImpactMatchesImpulses) {
   double previous = 0;
   for (double stiffness : {1e7, 1e9}) {
     CaptureProblem p = yielding_case(stiffness, 1);

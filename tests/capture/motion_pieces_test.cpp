@@ -114,7 +114,7 @@ TEST(MotionPieces, NeedNoPlanning) {
     EXPECT_EQ(evaluate(quick->joints[j], 7.7).position, evaluate(plan.joints[j], 7.7).position);
 }
 
-TEST(MotionPieces, OfAProgramAreChecked) {
+TEST(MotionPieces, ProgrammedPiecesAreChecked) {
   const CaptureProblem good = stated(planned());
   const auto refused = [&](auto change) {
     CaptureProblem p = good;

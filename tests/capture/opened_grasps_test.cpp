@@ -82,7 +82,7 @@ CaptureProblem rebound(ImpactSetup::Law law) {
   return p;
 }
 
-TEST(OpenedGrasps, AReboundThatSeparatesIsNoViolation) {
+TEST(OpenedGrasps, SeparatingReboundIsNoViolation) {
   for (const auto law : {ImpactSetup::Law::restitution, ImpactSetup::Law::friction}) {
     CaptureProblem p = rebound(law);
     move_by(p, -0.3, 0.1);
@@ -90,7 +90,7 @@ TEST(OpenedGrasps, AReboundThatSeparatesIsNoViolation) {
   }
 }
 
-TEST(OpenedGrasps, AfterAReboundTheEndEffectorMayNotGoIn) {
+TEST(OpenedGrasps, PenetrationAfterReboundIsViolation) {
   for (const auto law : {ImpactSetup::Law::restitution, ImpactSetup::Law::friction}) {
     CaptureProblem p = rebound(law);
     move_by(p, 0.35, 0.5);
@@ -108,7 +108,7 @@ CaptureProblem soft_contact() {
   return p;
 }
 
-TEST(OpenedGrasps, SoContactsThatYieldAndPart) {
+TEST(OpenedGrasps, CompliantContactsThatSeparate) {
   CaptureProblem p = soft_contact();
   move_by(p, -0.3, 0.1);
   expect_no_violation(simulate_capture(p));
@@ -120,7 +120,7 @@ TEST(OpenedGrasps, SoContactsThatYieldAndPart) {
   expect_overlap(r, -gap);
 }
 
-TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
+TEST(OpenedGrasps, SeparatingReleaseIsNoViolation) {
   CaptureProblem p = slide();
   p.post_impact->releases = {{1, {}}};
   move_by(p, -0.3, 1.2);
@@ -136,7 +136,7 @@ TEST(OpenedGrasps, AReleaseThatSeparatesIsNoViolation) {
   expect_no_violation(simulate_capture(p));
 }
 
-TEST(OpenedGrasps, AfterAReleaseTheEndEffectorMayNotGoIn) {
+TEST(OpenedGrasps, PenetrationAfterReleaseIsViolation) {
   CaptureProblem p = slide();
   p.post_impact->releases = {{1, {}}};
   move_by(p, 0.3, 1.2);
@@ -151,7 +151,7 @@ TEST(OpenedGrasps, AfterAReleaseTheEndEffectorMayNotGoIn) {
 }
 
 // The gripper closes on slow targets only, and the approach continues after a missed capture.
-TEST(OpenedGrasps, AfterAMissTheEndEffectorMayNotGoIn) {
+TEST(OpenedGrasps, PenetrationAfterMissedCaptureIsViolation) {
   CaptureProblem p = slide();
   p.robot.end_effectors[0].envelope = CaptureEnvelope{.position = 0.3, .velocity = 1e-3};
   p.grasps[0].closes = GraspSetup::Closes::at_time, p.grasps[0].closes_at = 6;

@@ -23,7 +23,7 @@ std::string plan_failure(const CaptureProblem& p) { return plan_approach(p, plan
 
 // --- Panels ---
 
-TEST(PlansBesidePanels, KeepTheClearanceOfPanelsThatBend) {
+TEST(PlansBesidePanels, ClearanceOfFlexiblePanels) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
   p.approach->plan->clearance = 0.02;
@@ -35,7 +35,7 @@ TEST(PlansBesidePanels, KeepTheClearanceOfPanelsThatBend) {
 
 // A panel that reaches to where an end-effector goes makes the plan's clearance its own; two targets, of which one has
 // the other's name with a dash.
-TEST(PlansBesidePanels, SeeEachPanelWhereItIs) {
+TEST(PlansBesidePanels, PanelPositions) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-tumbling-targets.yaml");
   p.approach->plan->clearance = 0.005;
@@ -58,7 +58,7 @@ TEST(PlansBesidePanels, SeeEachPanelWhereItIs) {
 }
 
 // Bodies keep their addresses where targets are joined to the arms, whatever order the models have.
-TEST(BodyAddresses, AreThoseOfTheSameBodiesInEveryModel) {
+TEST(BodyAddresses, IdenticalInEveryModel) {
   const CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
   const CaptureSystem free = make_capture_system(p), servicer = make_servicer(p);
   const State state = initial_servicer_state(p, free);
@@ -80,7 +80,7 @@ TEST(BodyAddresses, AreThoseOfTheSameBodiesInEveryModel) {
 
 // --- The start ---
 
-TEST(PlanAdvice, NamesPairsThatAreTooNearAtTheStart) {
+TEST(PlanAdvice, NamesPairsTooCloseAtStart) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->plan->clearance = 5;
   const CaptureResult r = simulate_capture(p);
@@ -94,7 +94,7 @@ TEST(PlanAdvice, NamesPairsThatAreTooNearAtTheStart) {
 
 // Two planar arms, each with a target on its side. As the targets move outward, the exchanged grasps become unreachable
 // before the stated ones do.
-TEST(PlanAdvice, NamesGraspsThatAreExchanged) {
+TEST(PlanAdvice, NamesExchangedGrasps) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear(), p.approach->plan.emplace();
   std::string failure;
@@ -116,7 +116,7 @@ TEST(PlanAdvice, NamesGraspsThatAreExchanged) {
 // --- The base ---
 
 // A target beyond the arms' reach: the base does not go there by itself, and a load may bring it.
-TEST(PlanAdvice, SaysThatPlansDoNotMoveTheBase) {
+TEST(PlanAdvice, ReportsThatPlansDoNotMoveBase) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
   for (TargetSetup& target : p.targets) target.X_WT.p[2] += 4;
@@ -130,7 +130,7 @@ TEST(PlanAdvice, SaysThatPlansDoNotMoveTheBase) {
 }
 
 // Flight beside a target under thrust: what moves the base to where the arms reach is found.
-TEST(PlanAdvice, PlansWhereALoadBringsTheBaseIntoReach) {
+TEST(PlanAdvice, PlansIfLoadMovesBaseIntoReach) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
@@ -155,7 +155,7 @@ TEST(PlanAdvice, PlansWhereALoadBringsTheBaseIntoReach) {
 
 // --- Gains ---
 
-TEST(PlanAdvice, NamesGainsThatAreTooLargeForTheClock) {
+TEST(PlanAdvice, NamesGainsTooLargeForSampleTime) {
   CaptureProblem p = thesis_case();
   use_pd(p, 49, 40);
   p.approach->tracking.mode = JointControl::computed_torque;

@@ -66,7 +66,7 @@ double term_of(const CaptureResult& r, Objective objective) {
 // --- Clearance
 
 // The plan goes as near as it may and no nearer; near_grasp leaves the hand alone.
-TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
+TEST(PlannedClearance, HoldsAndIsActive) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const double direct = minimum_of(flown(p));
@@ -88,7 +88,7 @@ TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
 
 // The distance of the hand from its own target is checked farther from the grasp point than near_grasp, and reaches the
 // required value there.
-TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
+TEST(PlannedClearance, IncludesHandUntilNearGrasp) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.2, plan_of(p).near_grasp = 0.3;
   const CaptureResult r = flown(p);
@@ -105,7 +105,7 @@ TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
 }
 
 // A box on the debris that the arm has to go round: no single polynomial does, splines do.
-TEST(PlannedClearance, FindsTheWayRoundABox) {
+TEST(PlannedClearance, FindsTrajectoryAroundBox) {
   struct Box {
     Vector3d size, p_TB;
   };
@@ -131,7 +131,7 @@ TEST(PlannedClearance, FindsTheWayRoundABox) {
 }
 
 // The distance at the start bounds the clearance of every plan; the best one reaches it.
-TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
+TEST(PlannedClearance, ObjectiveReachesInitialClearance) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   const CaptureResult direct = flown(p);
@@ -151,7 +151,7 @@ TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
 }
 
 // Terms that were not evaluated have no value: a search that ends early has none of the trajectory's terms.
-TEST(PlannedObjective, OfNoPlanIsUnknown) {
+TEST(PlannedObjective, UnknownWithoutPlan) {
   CaptureProblem p = first_plan();
   p.targets[0].X_WT.p = {9, -2, 0};
   plan_of(p).objective = Objective::base_motion;
@@ -162,7 +162,7 @@ TEST(PlannedObjective, OfNoPlanIsUnknown) {
   EXPECT_TRUE(std::isnan(term_of(r, Objective::base_motion)));
 }
 
-TEST(PlannedClearance, WithoutShapesIsNoPlan) {
+TEST(PlannedClearance, FailsWithoutShapes) {
   CaptureProblem p = first_plan();
   plan_of(p).clearance = 0.1;
   p.robot.geometry.clear();
@@ -191,7 +191,7 @@ void limit_joints(CaptureProblem& p, double rate, double effort) {
   }
 }
 
-TEST(PlannedLimits, HoldInTheFlight) {
+TEST(PlannedLimits, HoldInSimulation) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   p.targets[0].V_WT.angular = Vector3d::zero();  // from rest to rest: no rate is asked for at the end
@@ -216,7 +216,7 @@ TEST(PlannedLimits, HoldInTheFlight) {
 
 // --- Attitude of the base
 
-TEST(PlannedAttitude, StaysWithinTheAngle) {
+TEST(PlannedAttitude, StaysWithinAngle) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   EXPECT_GT(largest_turn(flown(p)), 0.1);
@@ -230,7 +230,7 @@ TEST(PlannedAttitude, StaysWithinTheAngle) {
   }
 }
 
-TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
+TEST(PlannedAttitude, ObjectiveReachesInitialAttitude) {
   CaptureProblem p = first_plan();
   plan_of(p).objective = Objective::base_attitude;
   const CaptureResult r = flown(p);
@@ -239,7 +239,7 @@ TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
 }
 
 // Splines give the joints that have to arrive with rates a shorter way there.
-TEST(Splines, ShortenTheWay) {
+TEST(Splines, ShortenTrajectory) {
   CaptureProblem p = first_plan();
   const double simple = flown(p).plan->objective_value;
   plan_of(p).knots = 4;
@@ -250,7 +250,7 @@ TEST(Splines, ShortenTheWay) {
 
 // A quiet base among many other requirements: found from another solution than the one of minimum joint motion, and by
 // evaluation between nodes; without either of them a single polynomial remains, with 74.
-TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
+TEST(PlannedObjective, NeedsOtherStartsAndFinerSampling) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/quiet-approach.yaml");
   p.approach->tracking = {};
@@ -267,7 +267,7 @@ TEST(PlannedObjective, TakesOtherStartsAndACloserLook) {
 
 // An objective that leads away from every way that keeps what is asked: none is found but from one that is kept without
 // the objective.
-TEST(PlannedObjective, BeginsFromAWayThatIsKeptWithoutIt) {
+TEST(PlannedObjective, StartsFromFeasibleTrajectory) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   p.impact.reset();
@@ -302,7 +302,7 @@ double energy_of_impulses(const CaptureProblem& p, const CaptureResult& r) {
   return energy;
 }
 
-TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
+TEST(PlannedImpulse, MatchesImpactAndIsReduced) {
   SKIP_UNDER_SANITIZERS();
   for (const ImpactSetup::Joints joints :
        {ImpactSetup::Joints::free, ImpactSetup::Joints::braked, ImpactSetup::Joints::driven}) {
@@ -321,7 +321,7 @@ TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
   }
 }
 
-TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
+TEST(PlannedImpulse, IndexIsReduced) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = first_plan();
   plan_of(p).weights.emplace();
@@ -338,7 +338,7 @@ TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
 
 // --- Idle joints and roll
 
-TEST(IdleJoints, AreHeldOrUsed) {
+TEST(IdleJoints, HeldOrUsed) {
   CaptureProblem p = first_plan();
   const CaptureResult used = flown(p);
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
@@ -360,7 +360,7 @@ TEST(IdleJoints, AreHeldOrUsed) {
 }
 
 // A plan that is corrected by flights holds them too.
-TEST(IdleJoints, AreHeldWhereSomethingDisturbs) {
+TEST(IdleJoints, HeldUnderDisturbance) {
   CaptureProblem p = first_plan();
   plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
   LoadSetup push;
@@ -373,7 +373,7 @@ TEST(IdleJoints, AreHeldWhereSomethingDisturbs) {
   }
 }
 
-TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
+TEST(StraightIn, MatchedRollFollowsTarget) {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
   p.approach->tracking = {};
   p.impact.reset(), p.post_impact.reset();
@@ -402,7 +402,7 @@ TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
 
 // The plan is of the rigid robot, with final values that bring the one that bends to its points: what it keeps is kept
 // to within what bending does to it.
-TEST(PlannedWay, IsKeptByRobotsThatBend) {
+TEST(PlannedWay, HoldsForFlexibleRobots) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
   p.post_impact.reset();
@@ -421,7 +421,7 @@ TEST(PlannedWay, IsKeptByRobotsThatBend) {
 
 // Final straight approach: the rigid robot's references at the points are changed until the flexible hands reach them,
 // with the required direction and motion.
-TEST(StraightIn, BringsHandsThatBendToTheirPoints) {
+TEST(StraightIn, FlexibleHandsReachPoints) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-flexible.yaml");
   p.post_impact.reset();
@@ -476,7 +476,7 @@ void control_base(CaptureProblem& p, bool feedforward) {
 }
 
 // With control that feeds forward what the joints take the base keeps its attitude exactly, as the plan has it.
-TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
+TEST(PlannedWay, HoldsWithControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, true);
@@ -504,7 +504,7 @@ TEST(PlannedWay, IsKeptWhereTheBaseKeepsItsAttitude) {
 }
 
 // Without feedforward the base lags, and constraints are violated by the lag.
-TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
+TEST(PlannedWay, HoldsUpToLagOfControlledBase) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   control_base(p, false);
@@ -517,7 +517,7 @@ TEST(PlannedWay, IsKeptToWhatTheControlledBaseLags) {
   EXPECT_NEAR(minimum_of(r), direct + 0.05, 5e-3);
 }
 
-TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
+TEST(PlannedWay, ControlledBaseHasNoRotation) {
   CaptureProblem p = first_plan();
   control_base(p, false);
   plan_of(p).base_turn = 0.1, plan_of(p).objective = Objective::base_motion;
@@ -533,7 +533,7 @@ TEST(PlannedWay, HasNoTurnOfABaseThatKeepsItsAttitude) {
   EXPECT_THAT(weak.warnings, ::testing::Contains(HasSubstr("too weak to keep the attitude")));
 }
 
-TEST(PlannedWay, IsThatWithoutLoadsAndCorrected) {
+TEST(PlannedWay, CorrectsPlanForLoads) {
   CaptureProblem p = first_plan();
   p.impact.reset();
   LoadSetup push;

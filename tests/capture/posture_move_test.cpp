@@ -39,7 +39,7 @@ double reference(double start, double end, double t) {
 
 // The impact leaves a joint its rate: the error e of q'' = r'' - kd e' - kp e is that of a damped oscillator that is
 // struck, whatever the captured bodies are and however the base turns.
-TEST(ComputedTorque, OfTheCapturedSystemMakesErrorsDecayAsItsGainsSay) {
+TEST(ComputedTorque, ErrorsOfCapturedSystemDecayByGains) {
   const CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -60,7 +60,7 @@ TEST(ComputedTorque, OfTheCapturedSystemMakesErrorsDecayAsItsGainsSay) {
   EXPECT_GT(largest, 1e-3);  // the impact did strike them
 }
 
-TEST(Pd, MovesToThePostureAndHoldsIt) {
+TEST(Pd, MovesToPostureAndHolds) {
   const CaptureProblem p = with_move(PostImpactSetup::Joints::pd);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -76,7 +76,7 @@ TEST(Pd, MovesToThePostureAndHoldsIt) {
 }
 
 // Joints of an arm that holds its target early wait for the end of the approach.
-TEST(AMove, CountsFromTheBeginOfPostImpact) {
+TEST(AMove, StartsAtBeginOfPostImpact) {
   CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   p.grasps[0].closes = GraspSetup::Closes::at_time;
   p.grasps[0].closes_at = 5;
@@ -97,7 +97,7 @@ std::vector<std::string> conflicts(const CaptureProblem& p) {
   return texts;
 }
 
-TEST(AMove, ThatCannotBeIsRefused) {
+TEST(AMove, RejectsInvalidMove) {
   using ::testing::ElementsAre;
   CaptureProblem p = with_move(PostImpactSetup::Joints::braked);
   p.post_impact->move->duration = 57;

@@ -93,7 +93,7 @@ bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_n
 
 // Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may continue
 // as a parallelogram or an antiparallelogram.
-TEST(Parallelogram, IsDrivenThroughItsFlatConfiguration) {
+TEST(Parallelogram, DrivenThroughFlatConfiguration) {
   SKIP_UNDER_SANITIZERS();
   for (const GraspModel model : {GraspModel::hinge, GraspModel::point}) {
     for (const RobotSetup::Base base : {RobotSetup::Base::fixed, RobotSetup::Base::free}) {
@@ -160,7 +160,7 @@ TEST(CrankAndRocker, PassesItsDeadPoints) {
   EXPECT_TRUE(answered(p, r)) << r.failure;  // no change point: dead points of the rocker are regular for the crank
 }
 
-TEST(FlatLoops, EveryJointControlIsAnswered) {
+TEST(FlatLoops, EveryJointControlHasResult) {
   SKIP_UNDER_SANITIZERS();
   for (const Joints joints : {Joints::free, Joints::pd, Joints::braked}) {
     for (const double angle : {0.0, 1e-9, 1e-6, 1e-3}) {
@@ -232,7 +232,7 @@ CaptureProblem stretched(double speed, double bend, GraspModel model, bool in_li
   return p;
 }
 
-TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
+TEST(StretchedArms, StraightAndNearlyStraight) {
   SKIP_UNDER_SANITIZERS();
   int through = 0, all = 0;
   for (const double speed : {0.1, -0.1, 0.0}) {
@@ -269,7 +269,7 @@ TEST(StretchedArms, TwoGraspsAtOnePoint) {
 }
 
 // The target pulls bent arms straight, to the stretched configuration and out of it again.
-TEST(StretchedArms, ATargetThatFliesAwayPullsThemStraight) {
+TEST(StretchedArms, DepartingTargetStretchesArms) {
   for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge}) {
     CaptureProblem p = stretched(0.6, 0.5, model, false);  // flies away until the arms are stretched, and further
     p.post_impact->duration = 20;
@@ -287,7 +287,7 @@ TEST(StretchedArms, ATargetThatFliesAwayPullsThemStraight) {
 
 // A waist that follows its path exactly while both arms on it hold one target, and a joint of a third arm: only settled
 // joints are overpowered, so there is no contradiction.
-TEST(DrivesAgainstLoops, ExactPathsOfTheOthersGoOn) {
+TEST(DrivesAgainstLoops, OtherPrescribedMotionsContinue) {
   for (int index = 100; index < 104; ++index) {
     SCOPED_TRACE(seed_note(index));
     CaptureProblem p = random_loops({{0, 0, 1}, {}, 3, 0.2, 2}, index);
@@ -319,7 +319,7 @@ TEST(DrivesAgainstLoops, BrakesOnALoopWithoutMobility) {
   }
 }
 
-TEST(BoundedWork, TooFewStepsEndTheRunWithItsResults) {
+TEST(BoundedWork, StepLimitEndsRunWithResults) {
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.3, 50}, 106);
   p.integration.max_steps = 40;
   const CaptureResult r = simulate_capture(p);

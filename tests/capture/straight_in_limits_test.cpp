@@ -117,7 +117,7 @@ CaptureResult flown(const CaptureProblem& p) {
 
 // Where the approach, a spline with knots, meets the final segment, rates must not jump, otherwise the energy exceeds
 // its bound; nor where the first solution of the segment passes a singularity.
-TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
+TEST(StraightInLimits, LedgerPassesAtSegmentBoundary) {
   SKIP_UNDER_SANITIZERS();
   for (const int knots : {4, 5}) {
     for (const double gravity : {0.0, -1e-3}) {
@@ -139,7 +139,7 @@ TEST(StraightInLimits, KeepTheLedgerWhereThePiecesMeet) {
 }
 
 // A joint of each arm that goes farther in the piece than ever before is kept from it.
-TEST(StraightInLimits, OfPositionsOfTwoArmsAtOnce) {
+TEST(StraightInLimits, PositionsOfTwoArms) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   const CaptureResult direct = flown(p);
@@ -187,7 +187,7 @@ TEST(StraightInLimits, OfPositionsOfTwoArmsAtOnce) {
               kept.plan->straight_in->self_motion, kept.plan->rhs_evaluations, beyond.plan->rhs_evaluations);
 }
 
-TEST(StraightInLimits, OfRates) {
+TEST(StraightInLimits, Rates) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   const CaptureResult direct = flown(p);
@@ -211,7 +211,7 @@ TEST(StraightInLimits, OfRates) {
 
 // Three joints and three rows leave no freedom except the choice of the arm's configuration: it is used, and if that
 // fails, too, the error names the obstacle.
-TEST(StraightInLimits, WithoutFreedomTakeAnotherConfigurationOrAreRefused) {
+TEST(StraightInLimits, OtherConfigurationOrErrorWithoutFreedom) {
   CaptureProblem p = one_planar_arm(GraspSetup::Orientation::pose);
   const CaptureResult direct = flown(p);
   const Extremes e = extremes(direct, 2, begin_of(p));
@@ -293,7 +293,7 @@ std::vector<Outside> outside() {
           {"an attitude control that keeps the attitude", 1e-3, 1e-7, control(200, 2000)}};
 }
 
-TEST(StraightInFlown, ArrivesUnderWhatActsFromOutside) {
+TEST(StraightInFlown, ArrivesUnderExternalLoads) {
   SKIP_UNDER_SANITIZERS();
   for (const Outside& one : outside()) {
     for (const StraightIn::Roll roll : {StraightIn::Roll::free, StraightIn::Roll::matched}) {
@@ -321,7 +321,7 @@ TEST(StraightInFlown, ArrivesUnderWhatActsFromOutside) {
 }
 
 // A pose has three angles and all of the spin. What leads out of the plane is not for a planar arm.
-TEST(StraightInFlown, ArrivesInThePoseAskedFor) {
+TEST(StraightInFlown, ArrivesInRequiredPose) {
   SKIP_UNDER_SANITIZERS();
   const auto in_the_plane = [](CaptureProblem& p, const Outside& one) {
     one.change(p);
@@ -347,7 +347,7 @@ TEST(StraightInFlown, ArrivesInThePoseAskedFor) {
 
 // A planar arm cannot turn as its target does about the direction in which it comes in. What it misses is said, beside
 // what flights correct.
-TEST(StraightInFlown, SaysWhatTheJointsCannotGive) {
+TEST(StraightInFlown, ReportsInfeasibleJointMotion) {
   CaptureProblem p = one_planar_arm(GraspSetup::Orientation::free);
   p.approach->straight_in->roll = StraightIn::Roll::matched;
   TargetSetup& target = p.targets[0];
@@ -366,7 +366,7 @@ TEST(StraightInFlown, SaysWhatTheJointsCannotGive) {
 }
 
 // Self-motion as the plan without it has it; what the flown one is nearer to its limits is watched.
-TEST(StraightInFlown, GoesWithLimits) {
+TEST(StraightInFlown, RespectsLimits) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = two_arms();
   outside()[0].change(p);

@@ -49,7 +49,7 @@ TEST(ThesisApproach, ReDySimStates) {
   std::printf("[ measured ] largest difference from ReDySim %.3g\n", worst);
 }
 
-TEST(ThesisApproach, IdealTrackingEndsWhereThesisFactsSay) {
+TEST(ThesisApproach, IdealTrackingMatchesThesisEnd) {
   CaptureProblem p = thesis_case();
   p.approach->match.reset();  // zero final rates
   p.impact.reset();
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(Thesis, FixedPoint,
                          [](const auto& test) { return test.param.name; });
 
 // With these angles and the rates found here the tips arrive at the grasp points, moving with them.
-TEST_P(FixedPoint, MeetsTheGraspPoints) {
+TEST_P(FixedPoint, ReachesGraspPoints) {
   const Planned& planned = GetParam();
   CaptureProblem p = thesis_case();
   p.approach->final_position = planned.angles;

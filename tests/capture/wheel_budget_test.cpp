@@ -55,7 +55,7 @@ double largest_share(const CaptureProblem& p, const CaptureResult& r) {
   return *std::max_element(all.begin(), all.end());
 }
 
-TEST(WheelBudget, IsKeptInTheFlight) {
+TEST(WheelBudget, HoldsInSimulation) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   for (const bool turns_to_speeds : {false, true}) {
@@ -83,7 +83,7 @@ TEST(WheelBudget, IsKeptInTheFlight) {
 }
 
 // A base that turns slightly under control without feeding forward takes a little of the momentum.
-TEST(WheelBudget, IsKeptToTheControllersAccuracy) {
+TEST(WheelBudget, HoldsToControllerAccuracy) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   p.approach->base_control->feedforward = false;
@@ -97,7 +97,7 @@ TEST(WheelBudget, IsKeptToTheControllersAccuracy) {
 }
 
 // Wheels whose momenta do not add up to none at the start, so that what there is belongs to no motion of the joints.
-TEST(WheelBudget, CountsTheMomentumThatThereIs) {
+TEST(WheelBudget, IncludesInitialMomentum) {
   CaptureProblem p = reaching();
   p.wheel_rate = {60, -10, 5, 30};
   plan_of(p).weights.emplace();
@@ -108,7 +108,7 @@ TEST(WheelBudget, CountsTheMomentumThatThereIs) {
   EXPECT_GT(in_run[0], 0.55);
 }
 
-TEST(WheelBudget, AsObjectiveIsLeastAndThatOfTheRun) {
+TEST(WheelBudget, ObjectiveIsMinimalAndMatchesRun) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   p.wheel_rate.clear();
@@ -131,7 +131,7 @@ TEST(WheelBudget, AsObjectiveIsLeastAndThatOfTheRun) {
   EXPECT_LT(in_run(r), 0.8 * direct);
 }
 
-TEST(WheelBudget, ThatCannotBeMetIsAnsweredWithTheReason) {
+TEST(WheelBudget, InfeasibleBudgetReportsReason) {
   CaptureProblem p = reaching();
   plan_of(p).wheel_momentum = 0.3;
   EXPECT_THAT(simulate_capture(p).failure, HasSubstr("wheel 'wheel-1' has to hold 0.314159"));
@@ -163,7 +163,7 @@ TEST(WheelBudget, DoesNotEndReplanning) {
   EXPECT_EQ(said("flown with joints that follow exactly"), 1);
 }
 
-TEST(PlannedBase, KeepsItsAttitudeByGains) {
+TEST(PlannedBase, HoldsAttitudeByGains) {
   BaseControlSetup control;
   const Symmetric3d inertia = Symmetric3d::diagonal(100, 200, 300);
   EXPECT_FALSE(keeps_attitude(control, inertia, 60));

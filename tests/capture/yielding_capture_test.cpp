@@ -45,7 +45,7 @@ void expect_told(const CaptureResult& r, const ImpactReport& impact) {
 }
 
 // Two arms and three, redundant ones and such that cannot follow at all; joints free, held or braked afterwards.
-TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
+TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
   int most = 0;
   for (const std::vector<int>& targets :
        {std::vector<int>{0, 0}, std::vector<int>{0, 0, 0}, std::vector<int>{0, 0, 1}}) {
@@ -80,7 +80,7 @@ TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
 }
 
 // Grasps that close one after the other: each later one makes the loop that its drives contradict.
-TEST(YieldingDrives, GiveWayAtEachGraspOfASeries) {
+TEST(YieldingDrives, OverpoweredAtEachGrasp) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 240);
   for (std::size_t g = 1; g < 3; ++g)
     p.grasps[g].closes = GraspSetup::Closes::at_time, p.grasps[g].closes_at = 0.5 * static_cast<double>(g);
@@ -96,7 +96,7 @@ TEST(YieldingDrives, GiveWayAtEachGraspOfASeries) {
 }
 
 // The same while the others fly their approach exactly: these keep their paths.
-TEST(YieldingDrives, LeaveTheOthersOnTheirPaths) {
+TEST(YieldingDrives, OtherDrivesKeepTrajectories) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 250);
   p.approach.emplace();
   p.approach->duration = 1.5;
@@ -120,7 +120,7 @@ TEST(YieldingDrives, LeaveTheOthersOnTheirPaths) {
   }
 }
 
-TEST(YieldingDrives, GiveWayUnderOtherLaws) {
+TEST(YieldingDrives, OverpoweredUnderOtherLaws) {
   for (const Law law : {Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}) {
     SCOPED_TRACE(static_cast<int>(law));
     CaptureProblem p = driven_loops({0, 0, 0}, 6, 260);

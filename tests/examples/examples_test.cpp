@@ -552,7 +552,7 @@ void expect_a_manoeuvre(const CaptureResult& r) {
 }
 
 // What the report draws is what was simulated, and the summary keeps the published schema.
-TEST_P(Shipped, RunsAsItsFileSays) {
+TEST_P(Shipped, RunsAsDocumented) {
   const std::string name = GetParam();
   const CaptureProblem p = load(name);
   const CaptureResult r = simulate_capture(p);
@@ -614,7 +614,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
 
 // A search from where the one before came to rest may fail where others succeed: they are asked where it does not say
 // why.
-TEST(CaptureWindow, PassesOverNoTimeThatOtherGuessesReach) {
+TEST(CaptureWindow, FindsTimesReachedByOtherGuesses) {
   const CaptureTime chosen = choose_capture_time(
       load("tumbling-window", {{"initial.base.momentum", "{linear: [0, 0, 0], angular: [0, 0, 0]}"}}));
   for (const WindowPoint& point : chosen.window.points)
@@ -622,7 +622,7 @@ TEST(CaptureWindow, PassesOverNoTimeThatOtherGuessesReach) {
 }
 
 // The shipped scenarios have friction and compliant.
-TEST(SummarySchema, IsKeptByEveryLaw) {
+TEST(SummarySchema, HoldsForEveryLaw) {
   for (const char* law : {"bilateral_restitution", "as_published"})
     EXPECT_THAT(schema_faults(simulate_capture(load("thesis/open-loop-case-1", {{"impact.law", law}}))),
                 ::testing::IsEmpty())
@@ -637,7 +637,7 @@ class Planned : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Examples, Planned, ::testing::ValuesIn(kPlanned), name_of_test);
 
 // Ideal tracking, no noise: at T the hands are where and as fast as the plan wants them, by the tests' own kinematics.
-TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
+TEST_P(Planned, EveryHandReachesGraspPoint) {
   CaptureProblem p = load(GetParam(), {{"approach.tracking", "{mode: ideal}"}, {"approach.capture_at", "end"}});
   p.impact.reset();
   p.post_impact.reset();
@@ -721,7 +721,7 @@ CaptureResult failing(const std::string& name, const std::vector<Override>& over
   return r;
 }
 
-TEST(ExamplesOutOfReach, FailBeforeTheyMoveAndNameTheArm) {
+TEST(ExamplesOutOfReach, FailBeforeMotionAndNameArm) {
   const CaptureResult heavy =
       failing("heavy-satellite-flat-spin", {{"targets.satellite.state.position", "[-0.3, 0.4, 9.9]"}});
   EXPECT_NE(heavy.failure.find("end-effector 'hand' comes no closer than"), std::string::npos) << heavy.failure;
@@ -735,7 +735,7 @@ TEST(ExamplesOutOfReach, FailBeforeTheyMoveAndNameTheArm) {
 }
 
 // A shoulder that is slower than the swing asks of it: the physics is kept, the robot cannot do it.
-TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
+TEST(ExamplesWithASlowJoint, ExceedRateLimit) {
   const CaptureResult r =
       simulate_capture(load("dual-arm-tumbling-targets", {{"robot.links.arm-1-link-1.joint.limits.rate", "0.02"},
                                                           {"approach.tracking", "{mode: ideal}"}}));
@@ -748,7 +748,7 @@ TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
 
 // The thesis's final requirements: the four cases at rest, within a degree of the attitude and in the posture before
 // the approach. Without control of the base the arms come to rest relative to it, and the remaining momentum persists.
-TEST(Stabilized, TheThesissCasesEndAtRest) {
+TEST(Stabilized, ThesisCasesEndAtRest) {
   for (const char* name : {"1", "2", "3", "4"}) {
     const CaptureProblem p = load("thesis/open-loop-case-" + std::string(name) + "-stabilized");
     const CaptureResult r = simulate_capture(p);
@@ -775,7 +775,7 @@ TEST(Stabilized, TheThesissCasesEndAtRest) {
 }
 
 // What five minutes in orbit do to a stack that is held together, as the file says: and without them nothing.
-TEST(Orbit, TurnsAStackOfTwoBodies) {
+TEST(Orbit, RotatesStackOfTwoBodies) {
   const CaptureResult r = simulate_capture(load("orbit-drift"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);

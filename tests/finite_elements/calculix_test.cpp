@@ -100,7 +100,7 @@ std::vector<double> run(const TemporaryFolder& folder, const std::string& name, 
   return frequencies;
 }
 
-TEST(CalculiX, AgreesOnAPanelAloneAndWithABase) {
+TEST(CalculiX, PanelAloneAndWithBase) {
   const TemporaryFolder folder;
   Mesh panel(false);
   const std::string deck = panel.deck();
@@ -183,7 +183,7 @@ Reduced reduce(const TemporaryFolder& folder, const std::string& name, const std
   return result;
 }
 
-TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
+TEST(CalculiX, ExpandedShells) {
   // A plate of 8-node shells in the plane z = 0.2, 4 by 2 elements, tied along x = 0: one straight line of nodes.
   const TemporaryFolder folder;
   constexpr double kSide = 0.6, kDepth = 0.01, kHeight = 0.2;
@@ -231,7 +231,7 @@ TEST(CalculiX, ShellsAreReducedFromTheSolidsTheyBecome) {
             std::string::npos);
 }
 
-TEST(CalculiX, BeamsAreReducedFromTheSolidsTheyBecome) {
+TEST(CalculiX, ExpandedBeams) {
   const TemporaryFolder folder;
   std::string deck = "*NODE,NSET=ALL\n";
   for (int i = 0; i <= 12; ++i) deck += fmt::format("{},{},0,0\n", i + 1, i * 0.1);

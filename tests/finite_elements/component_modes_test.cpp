@@ -53,7 +53,7 @@ std::string fault_of(const FrameModel& model, const ElementInterface& interface,
   return faults.empty() ? std::string() : faults.all()[0].message;
 }
 
-TEST(ComponentModes, OfAClampedBeam) {
+TEST(ComponentModes, ClampedBeam) {
   const double length = 3;
   const FrameSection section;
   // 40 elements by dense matrices; 150, with 900 degrees of freedom, by sparse ones.
@@ -85,7 +85,7 @@ TEST(ComponentModes, OfAClampedBeam) {
 
 // With all its modes the mast is what its matrices are: together with a base, both free, its frequencies are those of
 // the matrices to which the base's inertia is added. The base's frame is elsewhere, and turned.
-TEST(ComponentModes, TogetherWithABaseAreTheWhole) {
+TEST(ComponentModes, WithBaseEqualWholeModel) {
   const FrameModel mast = bent_mast(6);
   const ComponentModes all = modes_of(mast, settings(1000));
   EXPECT_EQ(all.modes.size() + static_cast<std::size_t>(all.without_participation), 72u);
@@ -134,7 +134,7 @@ TEST(ComponentModes, TogetherWithABaseAreTheWhole) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(some[k], found[k], 2e-3 * found[k]) << k;
 }
 
-TEST(ComponentModes, AreTheSameInOtherUnits) {
+TEST(ComponentModes, IndependentOfUnits) {
   const FrameModel model = bent_mast(4);
   const ComponentModes si = modes_of(model, settings(6));
   // Millimetres and tonnes: rotations' rows in t mm^2, stiffness in N/mm, N and N mm.
@@ -157,7 +157,7 @@ TEST(ComponentModes, AreTheSameInOtherUnits) {
 }
 
 // A face of nodes that are tied together is a node with rotations; its frame is where it is said to be.
-TEST(ComponentModes, OfTiedNodes) {
+TEST(ComponentModes, RigidInterfaceNodes) {
   FrameModel model = bent_mast(4);
   // Three stiff arms at the root, whose ends are the interface: the root moves with them.
   const std::vector<Eigen::Vector3d> ends{{0, 0.1, 0}, {0, -0.1, 0}, {0, 0, 0.1}};
@@ -232,7 +232,7 @@ TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
   EXPECT_EQ(fault("GRDSET,,,,,,3\nGRID,101,,0.,0.,0.,0\n"), "");
 }
 
-TEST(ComponentModes, SayWhatIsWrong) {
+TEST(ComponentModes, ReportErrors) {
   const FrameModel good = bent_mast(3);
   EXPECT_THAT(fault_of(good, at_node(99)), HasSubstr("node 99, is not in the matrices; their nodes are 101, 102"));
   EXPECT_THAT(fault_of(good, {}), HasSubstr("the interface is missing"));

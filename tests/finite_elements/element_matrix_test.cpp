@@ -37,7 +37,7 @@ ElementMatrix sorted(ElementMatrix m) {
   return m;
 }
 
-TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
+TEST(ElementMatrixFiles, AllFormatsAgree) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose()), M = 0.5 * (model.M + model.M.transpose());
   TemporaryFolder folder;
@@ -71,7 +71,7 @@ TEST(ElementMatrixFiles, OfEveryFormatHoldTheSame) {
   expect_equal(read(folder / "job_STIF2.mtx"), K, 1e-15, true);
 }
 
-TEST(ElementMatrixFiles, BinaryOutput4OfEveryKindHoldsTheSame) {
+TEST(ElementMatrixFiles, AllBinaryOutput4LayoutsAgree) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
   TemporaryFolder folder;
@@ -96,7 +96,7 @@ TEST(ElementMatrixFiles, BinaryOutput4OfEveryKindHoldsTheSame) {
   }
 }
 
-TEST(ElementMatrixFiles, WithAComplexMatrixElsewhereGiveTheRealOne) {
+TEST(ElementMatrixFiles, SelectsRealMatrixBesideComplexOne) {
   const Eigen::MatrixXd K = Eigen::Vector3d(2, 3, 4).asDiagonal();
   TemporaryFolder folder;
   // Two numbers for an entry: one column, dense and in strings.
@@ -119,7 +119,7 @@ TEST(ElementMatrixFiles, WithAComplexMatrixElsewhereGiveTheRealOne) {
 }
 
 // What a condensation leaves of a determinate interface's stiffness is rounding of the entries that it was made of.
-TEST(ElementMatrixFiles, AreSymmetricWithinTheRoundingOfTheirLargestEntry) {
+TEST(ElementMatrixFiles, SymmetryTolerance) {
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(7, 7);
   K(6, 6) = 88.8, K(0, 0) = 2e-13, K(0, 1) = 7e-14, K(1, 0) = 1.1e-13;
   Eigen::MatrixXd wrong = K;
@@ -157,7 +157,7 @@ TEST(ElementMatrixFiles, AreSymmetricWithinTheRoundingOfTheirLargestEntry) {
   check(wrong, false);
 }
 
-TEST(ElementMatrixFiles, TakeNamesFromAFileBesideThem) {
+TEST(ElementMatrixFiles, NamesFromFileBesideMatrix) {
   const FrameModel model = bent_mast(2);
   const Eigen::MatrixXd K = 0.5 * (model.K + model.K.transpose());
   TemporaryFolder folder;
@@ -219,7 +219,7 @@ TEST(ElementMatrixFiles, DmigInSmallFields) {
   EXPECT_EQ(Eigen::MatrixXd(m.A)(1, 1), 7);
 }
 
-TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
+TEST(ElementMatrixFiles, DamagedFilesReportPosition) {
   TemporaryFolder folder;
   const auto fault = [&](const std::string& name, const std::string& text, const std::string& wanted = {}) {
     write_text(folder / name, text);
@@ -295,7 +295,7 @@ TEST(ElementMatrixFiles, ThatAreDamagedSayWhere) {
   }
 }
 
-TEST(ElementMatrixFiles, BelongTogether) {
+TEST(ElementMatrixFiles, MatchingMatrices) {
   const FrameModel model = bent_mast(2);
   ElementMatrix M = model.mass(), K = model.stiffness();
   FaultList faults;
@@ -314,7 +314,7 @@ TEST(ElementMatrixFiles, BelongTogether) {
   EXPECT_EQ(Eigen::MatrixXd(small.A).diagonal(), Eigen::Vector3d(0, 1, 1));
 }
 
-TEST(NodePlaces, AreReadWithTheirLines) {
+TEST(NodePlaces, ReadWithLineNumbers) {
   TemporaryFolder folder;
   write_text(folder / "nodes.csv", "# node, x, y, z\n12, 0, 1.5, -2\n\n13 1 2 3  # blanks do as well\n");
   FaultList faults;

@@ -61,7 +61,7 @@ end_effectors:
 }
 
 // A Craig and Bampton model of one mode: six motions of a determinate interface, whose stiffness is rounding.
-TEST_F(ModesCommand, TakesAllModesOfASmallModel) {
+TEST_F(ModesCommand, AllModesOfSmallModel) {
   write("m.csv",
         "10 0 0 0 0 0 1\n0 10 0 0 0 0 2\n0 0 10 0 0 0 0\n0 0 0 4 0 0 0\n0 0 0 0 5 0 0\n0 0 0 0 0 6 0\n"
         "1 2 0 0 0 0 1\n");
@@ -82,7 +82,7 @@ TEST_F(ModesCommand, TakesAllModesOfASmallModel) {
   EXPECT_EQ(run(command + "--row-names m.dof --interface 1 --expect 1.5").code, 0);
 }
 
-TEST_F(ModesCommand, SaysWhatIsWrong) {
+TEST_F(ModesCommand, ReportsErrors) {
   const auto fails = [&](const std::string& arguments, const std::string& text) {
     const auto o = run(arguments);
     EXPECT_EQ(o.code, 2) << arguments;

@@ -64,7 +64,7 @@ double apart(const CaptureResult& a, const CaptureResult& b) {
 
 // Its outputs follow what it saw one sample earlier: they are those of the same law in C with a delay of a sample, but
 // for the rounding of the times at which they act.
-TEST(FmuController, IsTheSameLawOneSampleLater) {
+TEST(FmuController, SameLawWithOneSampleDelay) {
   const CaptureResult in_c =
       simulate_capture(with(std::string("delay: 0.01, plugin: ") + GRAPNEL_OWN_PD + ", parameters: {" + kGains + "}"));
   ASSERT_TRUE(in_c.post_impact_end) << in_c.failure;
@@ -87,7 +87,7 @@ TEST(FmuController, IsTheSameLawOneSampleLater) {
 
 // Inputs that are not signals: of every type, constants or start values. The FMU adds a gain to its inputs, if its
 // switch is on, its count is 3 and its name "fine".
-TEST(FmuController, InputsThatAreNoSignals) {
+TEST(FmuController, InputsOtherThanSignals) {
   const auto inputs = [](const std::string& more) {
     return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
   };
@@ -114,7 +114,7 @@ TEST(FmuController, InputsThatAreNoSignals) {
   }
 }
 
-TEST(FmuController, EndsWithWhatTheFmuSays) {
+TEST(FmuController, EndsWithFmuMessage) {
   const auto failure = [](const char* name, const std::string& parameters) {
     const CaptureResult result = simulate_capture(with_fmu(name, parameters));
     EXPECT_TRUE(result.approach_end);  // what came before is kept
@@ -132,7 +132,7 @@ TEST(FmuController, EndsWithWhatTheFmuSays) {
   }
 }
 
-TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
+TEST(FmuControllerDeathTest, CrashNamesFmu) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const CaptureProblem problem = with_fmu("fmu_3", "does: crashes");
   EXPECT_EXIT(simulate_capture(problem), ::testing::ExitedWithCode(1),
@@ -140,7 +140,7 @@ TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
 }
 
 // Not even a crash leaves what was unpacked among the temporary files.
-TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
+TEST(FmuControllerDeathTest, CrashLeavesNoFiles) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   // The child runs this too, with another folder of temporary files.
   const std::filesystem::path folder = std::filesystem::absolute("grapnel_fmu_crash_test");
@@ -163,7 +163,7 @@ TEST(FmuControllerDeathTest, ACrashLeavesNoFiles) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(FmuController, RefusesWhatDoesNotFit) {
+TEST(FmuController, RejectsMismatch) {
   EXPECT_EQ(fault_of("fmu_2"), "");
   expect_has(fault_of("nowhere"), "nowhere.fmu");
   expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected 2.0 or 3.0");
@@ -197,7 +197,7 @@ TEST(FmuController, RefusesWhatDoesNotFit) {
 }
 
 // canBeInstantiatedOnlyOncePerProcess: runs wait for each other, and their results are those of one alone.
-TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
+TEST(FmuController, SingleInstancePerProcess) {
   const CaptureProblem problem = with_fmu("fmu_once");
   const CaptureResult alone = simulate_capture(problem);
   ASSERT_TRUE(alone.post_impact_end) << alone.failure;
@@ -212,7 +212,7 @@ TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
 }
 
 // Cases of a block are under way together elsewhere; those that have such a controller go one after the other.
-TEST(FmuController, OneThatMayBeThereOnceRunsInCampaigns) {
+TEST(FmuController, SingleInstanceInCampaigns) {
   const CaptureProblem problem = with_fmu("fmu_once");
   Campaign campaign;
   campaign.cases = 3;

@@ -83,7 +83,7 @@ double apart(Master& plant, const PhaseEnd& end) {
 
 // The master that reads outputs, computes commands and steps on has no delay: the motion is that of the built-in law.
 // One that is a sample late moves as the built-in law does with that delay.
-TEST_F(ExportedPlant, MovesAsTheBuiltInLawDoes) {
+TEST_F(ExportedPlant, MatchesBuiltInLaw) {
   const CaptureResult at_once = built_in(), late = built_in({{"control.delay", "0.01"}});
   ASSERT_TRUE(at_once.post_impact_end && late.post_impact_end);
   for (const int version : {2, 3}) {
@@ -106,7 +106,7 @@ TEST_F(ExportedPlant, MovesAsTheBuiltInLawDoes) {
   }
 }
 
-TEST_F(ExportedPlant, SaysWhatBecomesOfTheCapture) {
+TEST_F(ExportedPlant, ReportsOutcomeOfCapture) {
   const CaptureResult reference = built_in();
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version));
@@ -198,7 +198,7 @@ TEST_F(ExportedPlant, TakesParameters) {
 
 // Instances do not know of each other, whether they take turns or work at the same time; one that is freed in the
 // middle of its run ends, and so does its thread.
-TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
+TEST_F(ExportedPlant, SeveralInstances) {
   const CaptureResult reference = built_in();
   const std::filesystem::path file = exported(scenario_, 3);
   Master first(file), second(file);
@@ -236,7 +236,7 @@ TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
 }
 
 // Grapnel's own reader of FMUs takes it.
-TEST_F(ExportedPlant, IsReadByGrapnelsOwnImport) {
+TEST_F(ExportedPlant, ReadableByOwnImport) {
   for (const int version : {2, 3}) {
     const auto fmu = std::make_shared<const fmi::Fmu>(exported(scenario_, version), "plant.fmu");
     EXPECT_EQ(fmu->model().version, version);
@@ -274,7 +274,7 @@ impact: {}
 control: {period: 10 ms}
 )";
 
-TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
+TEST_F(ExportedPlant, CommandsEachWheelAndThruster) {
   const std::string scenario = write("actuated.yaml", kActuated).string();
   for (const int version : {2, 3}) {
     Master plant(exported(scenario, version));
@@ -330,7 +330,7 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
 }
 
 // With --base-torque the base's torque is commanded, and the wheels give it.
-TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereItIsAskedFor) {
+TEST_F(ExportedPlant, CommandsBaseTorque) {
   const std::string scenario = write("actuated.yaml", kActuated).string();
   Master plant(exported(scenario, 2,
                         "--base-torque --set 'robot.wheels=[{name: z, axis: [0, 0, 1], inertia: 0.1}, "
@@ -347,7 +347,7 @@ TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereItIsAskedFor) {
 }
 
 // Compliant grasps: no samples are taken during the impact, and readings wait for the next one.
-TEST_F(ExportedPlant, WaitsWhileAnImpactTakesTime) {
+TEST_F(ExportedPlant, WaitsDuringCompliantImpact) {
   const std::string compliant =
       "--set 'impact={law: compliant, grasp: {linear_stiffness: 1000, linear_damping: 20, angular_stiffness: 100, "
       "angular_damping: 2}}'";

@@ -114,7 +114,7 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
   }
 }
 
-TEST_F(PlantErrors, InstancesThatCannotBe) {
+TEST_F(PlantErrors, InvalidInstances) {
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version));
     const std::string uri = version == 2 ? "file://" : "", resources = plant.fmu.resources().string();
@@ -140,7 +140,7 @@ TEST_F(PlantErrors, InstancesThatCannotBe) {
 }
 
 // Of a scenario that has been damaged, and of parameters that it does not take.
-TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
+TEST_F(PlantErrors, UnusableScenarios) {
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version, "--parameter targets[0].mass"));
     EXPECT_EQ(plant.variables().count("initial.joints[1]"), 0u);
@@ -167,7 +167,7 @@ TEST_F(PlantErrors, ScenariosThatCannotBeUsed) {
 }
 
 // A failed run reports its error permanently; the last readings remain available.
-TEST_F(PlantErrors, RunsThatFail) {
+TEST_F(PlantErrors, FailedRuns) {
   const std::string unlimited =
       "--set 'robot.links[1].joint={name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [0.8, 0, 0]}}'";
   for (const int version : {2, 3}) {
@@ -190,7 +190,7 @@ TEST_F(PlantErrors, RunsThatFail) {
   }
 }
 
-TEST_F(PlantErrors, WhatCannotBeExported) {
+TEST_F(PlantErrors, UnsupportedExports) {
   const auto refused = [&](const std::string& more, const std::string& what, int code = 2) {
     const test::Outcome done = run("export-fmu short.yaml -o x.fmu " + more);
     EXPECT_EQ(done.code, code) << more;
@@ -246,7 +246,7 @@ TEST_F(PlantErrors, ParametersWithUnits) {
 }
 
 // It carries all that it needs: files keep their places, and the folder that they came from may be gone.
-TEST_F(PlantErrors, NeedsNothingOfWhereItWasMade) {
+TEST_F(PlantErrors, IndependentOfBuildMachine) {
   std::filesystem::create_directories(folder_ / "a" / "scenarios");
   std::filesystem::create_directories(folder_ / "a" / "robots");
   std::filesystem::rename(folder_ / "robot.yaml", folder_ / "a" / "robots" / "robot.yaml");

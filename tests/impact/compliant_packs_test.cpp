@@ -169,7 +169,7 @@ TEST(CompliantPacks, SameBitsAtEveryWidth) {
   }
 }
 
-TEST(CompliantPacks, OtherPointsChangeNothing) {
+TEST(CompliantPacks, IndependentOfOtherPoints) {
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
     const YieldingCase c = yielding_case(i);
@@ -181,7 +181,7 @@ TEST(CompliantPacks, OtherPointsChangeNothing) {
   }
 }
 
-TEST(CompliantPacks, HaveTheNumbersOfDoubles) {
+TEST(CompliantPacks, MatchDoubles) {
   Worst worst("packs against doubles, over the largest number");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -260,7 +260,7 @@ TEST(CompliantPacks, WholeImpactsHaveTheSameBitsAtEveryWidth) {
 }
 
 // Joints that move by modes are projected for doubles alone.
-TEST(CompliantPacks, LeaveModesToDoubles) {
+TEST(CompliantPacks, ModesUseDoubles) {
   const YieldingCase c = yielding_case(0);
   const InstructionSet set = InstructionSet::one_lane;
   EXPECT_TRUE(CompliantSystem(c.model, c.state, c.contacts, c.grasps, c.held, nullptr, set).in_packs());

@@ -16,7 +16,7 @@ namespace contact_impact_test {
 using Status = ContactImpactSolution::Status;
 
 // Every seventh case that contact_thousands_test.cpp solves, of the first.
-TEST(ContactImpact, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(0, test::repetitions(3500), 7); }
+TEST(ContactImpact, StrongeDissipatesAndKeepsCone) { check_stronge(0, test::repetitions(3500), 7); }
 
 // One contact: every hypothesis keeps what it says.
 TEST(ContactImpact, OneContactObeysItsHypothesis) {

@@ -345,7 +345,7 @@ TEST(ImpulseSensitivity, RedundantGrasps) {
 
 // Two bodies of one welded hand hold the target twice: every self-stress is possible, in and out of plane. Stresses of
 // the minimum-norm solution depend on the parameter through D and the null space.
-TEST(ImpulseSensitivity, LeastSelfStressMoves) {
+TEST(ImpulseSensitivity, MinimumNormSelfStressChanges) {
   Worst worst("two grasps of one hand on one target");
   for (int i = 0; i < 9; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -431,7 +431,7 @@ TEST(ImpulseSensitivity, RandomRobots) {
 
 // The error of central differences is proportional to the square of the step until rounding dominates; if the outcome
 // is linear in the parameter it is at rounding level from the start.
-TEST(ImpulseSensitivity, DifferencesConvergeWithTheSquareOfTheStep) {
+TEST(ImpulseSensitivity, CentralDifferencesConvergeQuadratically) {
   const Problem p = spatial_problem(3, 7, false);
   const Outcome here = solved(p);
   for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps)) {
@@ -469,7 +469,7 @@ TEST(ImpulseSensitivity, LinearInRelativeMotion) {
 }
 
 // For a rigid grasp the contact point is but a point of reference: P's angular part shifts, nothing else changes.
-TEST(ImpulseSensitivity, RigidGraspsDoNotKnowTheirContactPoint) {
+TEST(ImpulseSensitivity, RigidGraspsIndependentOfContactPoint) {
   Worst worst("d P/d offset against -e x P");
   for (int i = 0; i < 6; ++i) {
     Problem p = spatial_problem(80 + i, 7, i % 2 == 0);
@@ -521,7 +521,7 @@ TEST(ImpulseSensitivity, ReducedMassInClosedForm) {
 
 // Two point grasps at one point say everything twice; apart, they also stop all turning but that about their line. So
 // the rank changes with the offset of either, and P jumps: that has no derivative. Everything else has.
-TEST(ImpulseSensitivity, RankThatChangesIsSaid) {
+TEST(ImpulseSensitivity, ReportsRankChange) {
   Problem p = spatial_problem(5, 7, true);
   p.grasps[0].model = GraspModel::point;
   p.grasps[1] = p.grasps[0];
@@ -544,7 +544,7 @@ TEST(ImpulseSensitivity, RankThatChangesIsSaid) {
 }
 
 // Two arms, all joints driven, on one rigid target: what the drives keep does not fit.
-TEST(ImpulseSensitivity, DrivesThatContradictAreSaid) {
+TEST(ImpulseSensitivity, ReportsContradictoryDrives) {
   Problem p = spatial_problem(6, 3, true);
   for (Grasp& g : p.grasps) g.model = GraspModel::rigid;
   for (int j : p.model.joints()) p.held.push_back({p.model.bodies()[j].v, p.state.v[p.model.bodies()[j].v]});

@@ -128,14 +128,14 @@ TEST(RedundantContacts, WedgedBodiesComeToRest) {
 }
 
 // Newton's hypothesis demands that they part all the same.
-TEST(RedundantContacts, WedgedBodiesThatMustPartAreAFailure) {
+TEST(RedundantContacts, WedgedBodiesThatMustSeparateFail) {
   const ContactPath path = follow_contacts(groove(0.1, 0.6, RestitutionHypothesis::newton, 0));
   EXPECT_EQ(path.failure, "bodies are wedged at rest, and the forces that separate them grow without bound");
   EXPECT_LT(path.steps, 2000);
 }
 
 // Many contacts of bodies with three freedoms: every path ends, or reports its failure.
-TEST(RedundantContacts, PathsEndOrSayWhy) {
+TEST(RedundantContacts, PathsEndOrReportFailure) {
   int ended = 0, crawled = 0;
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -164,7 +164,7 @@ TEST(RedundantContacts, PathsEndOrSayWhy) {
   std::printf("[ measured ] ended %d, crawled %d\n", ended, crawled);
 }
 
-TEST(RedundantContacts, OthersAreNotFollowedWhereTheFirstFails) {
+TEST(RedundantContacts, OthersSkippedIfFirstFails) {
   std::vector<ContactPathProblem> problems(5, groove(0.6, 0.3, RestitutionHypothesis::poisson));
   const auto ends = [&](OtherPaths others, std::optional<lanes::InstructionSet> set) {
     std::vector<std::string> failures;

@@ -115,7 +115,7 @@ std::vector<ArmOptions> robots() {
 }
 
 // The limit itself: real rotors in the model, joints that nothing holds, no code of yielding drives.
-TEST(YieldingDrives, AreTheLimitOfEverHeavierRotors) {
+TEST(YieldingDrives, LimitOfHeavyRotors) {
   Worst last("difference at 1e6 rotor inertias");
   for (std::size_t r = 0; r < robots().size(); ++r) {
     for (int index = 0; index < 4; ++index) {
@@ -160,7 +160,7 @@ bool floats(const Model& model) {
 
 // Brakes and rates of any kind, on random trees with up to six grasps: the definition's two minima, without
 // self-stresses.
-TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
+TEST(YieldingDrives, MinimumDeviationOfRates) {
   Worst grasps("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
       energy("energy identity"), total("total momentum");
   int gave_way = 0, fixed = 0, rotors = 0, slides = 0;
@@ -223,7 +223,7 @@ TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
 }
 
 // The impact that its drives can keep is the one it was, to the bit.
-TEST(YieldingDrives, DoNotMoveWhereTheyNeedNot) {
+TEST(YieldingDrives, UnchangedWithoutContradiction) {
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));
     const ImpactCase c = arms_on_one_target(robots()[static_cast<std::size_t>(index) % 6], 300 + index);
@@ -244,7 +244,7 @@ TEST(YieldingDrives, DoNotMoveWhereTheyNeedNot) {
   }
 }
 
-TEST(YieldingDrives, AreTheSameInTheFastSolver) {
+TEST(YieldingDrives, SameInFastSolver) {
   Worst velocities("velocities");
   int gave_way = 0;
   for (int i = 0; i < kImpacts; ++i) {
@@ -266,7 +266,7 @@ TEST(YieldingDrives, AreTheSameInTheFastSolver) {
 }
 
 // Contacts depend on grasps with overpowered drives; rebounds may require more than the prescribed rates.
-TEST(YieldingDrives, GiveWayToClosedGraspsInOtherLaws) {
+TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
   Worst blow("momentum in a blow"), thrown("velocities rebounding");
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));

@@ -42,7 +42,7 @@ void expect_passes(const CaptureResult& result) {
 }
 
 // pd, damping of the base included, says the same as the example's plugin, sampled and delayed alike.
-TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
+TEST(PluginCapture, ExampleEqualsBuiltInLaw) {
   const CaptureResult plugin = simulate_capture(own({}));
   expect_passes(plugin);
   ASSERT_TRUE(plugin.control);
@@ -68,7 +68,7 @@ TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
 }
 
 // The same with sensors: plugin and law see the same readings, which are not the truth.
-TEST(PluginCapture, SeesWhatSensorsRead) {
+TEST(PluginCapture, ReceivesSensorReadings) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> sensors = {{"sensors",
                                           "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: "
@@ -116,7 +116,7 @@ TEST(PluginCapture, WrapsGeneratedCodePerInstance) {
   EXPECT_TRUE(slower.approach_end);  // what came before is kept
 }
 
-TEST(PluginCapture, EndsWithWhatThePluginSays) {
+TEST(PluginCapture, EndsWithPluginMessage) {
   const auto run = [](const char* parameters) {
     return simulate_capture(own({{"control.parameters", parameters}}, GRAPNEL_TEST_PLUGIN));
   };
@@ -133,7 +133,7 @@ TEST(PluginCapture, EndsWithWhatThePluginSays) {
   EXPECT_NE(failing.failure.find("failed: the sun is out"), std::string::npos) << failing.failure;
 }
 
-TEST(PluginCapture, RefusesWhatDoesNotFit) {
+TEST(PluginCapture, RejectsMismatch) {
   const auto expect = [](const std::vector<Override>& overrides, const char* text,
                          const char* plugin = GRAPNEL_OWN_PD) {
     const std::string fault = fault_of(overrides, plugin);
@@ -170,7 +170,7 @@ class Torques {
 constexpr const char* kJoints = "arm-1-joint-1,arm-1-joint-2,arm-1-joint-3,arm-2-joint-1,arm-2-joint-2,arm-2-joint-3";
 
 // What a run's joints and base were driven by, written down at its samples and replayed, drives them alike.
-TEST(SampledCapture, ReplaysALogOfTorques) {
+TEST(SampledCapture, ReplaysTorqueLog) {
   CaptureProblem problem = own({{"control.delay", "0"}});
   problem.output_interval = 0.005;  // in the middle between two samples of the controller, too
   const CaptureResult first = simulate_capture(problem);
@@ -210,7 +210,7 @@ TEST(SampledCapture, ReplaysALogOfTorques) {
   EXPECT_GT(moved, 1e-6);
 }
 
-TEST(SampledCapture, RefusesLogsThatDoNotFit) {
+TEST(SampledCapture, RejectsMismatchedLogs) {
   const auto fault = [](const std::string& header, const std::string& rows, const std::string& more = "") {
     return fault_of(Torques(header + "\n" + rows).overrides(more), "");
   };
@@ -239,7 +239,7 @@ TEST(PluginCapture, HashesThePlugin) {
 }
 
 // Whatever the law, sampled control that is held keeps the ledger, across grasps, impacts and releases.
-TEST(SampledCapture, KeepsTheLedgerThroughAllPieces) {
+TEST(SampledCapture, LedgerPassesThroughAllPieces) {
   const CaptureResult result = simulate_capture(
       own({{"control", "{period: 0.004, delay: 0.006}"},
            {"approach.tracking", "{mode: pd, kp: 40, kd: 20, noise: {position: 1e-4, seed: 3}}"},

@@ -81,7 +81,7 @@ std::string error_of(const std::function<void()>& act) {
   }
 }
 
-TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
+TEST(PluginController, AnswersModelQueries) {
   const Model model = two_joints();
   const State state = moving(model);
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "grapnel_plugin_asks.txt";
@@ -141,7 +141,7 @@ TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
   std::filesystem::remove(file);
 }
 
-TEST(PluginController, IsAskedAtTicksInLanes) {
+TEST(PluginController, SampledInLanes) {
   const Model model = two_joints();
   PhaseSetup setup;
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
@@ -151,7 +151,7 @@ TEST(PluginController, IsAskedAtTicksInLanes) {
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
 }
 
-TEST(PluginController, SavesAndRestoresWhatItRemembers) {
+TEST(PluginController, SavesAndRestoresState) {
   const Model model = two_joints();
   const auto one = make("{}", model), two = make("{}", model);
   Asked a;
@@ -172,7 +172,7 @@ TEST(PluginController, SavesAndRestoresWhatItRemembers) {
   EXPECT_EQ(one->save(), bytes);
 }
 
-TEST(PluginController, SaysWhatIsWrongWithALibrary) {
+TEST(PluginController, ReportsLibraryErrors) {
   EXPECT_NE(plugin_fault("/no/such/file.so", "file.so").find("the plugin 'file.so' cannot be loaded: "),
             std::string::npos);
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL, "x.so"),
@@ -186,7 +186,7 @@ TEST(PluginController, SaysWhatIsWrongWithALibrary) {
   EXPECT_EQ(plugin_fault(GRAPNEL_TEST_PLUGIN, "x.so"), "");
 }
 
-TEST(PluginController, PassesOnWhyThePluginFails) {
+TEST(PluginController, ForwardsPluginErrors) {
   const Model model = two_joints();
   EXPECT_EQ(error_of([&] { make("{\"does\":\"refuses\"}", model); }),
             "the plugin 'it.so' created no controller: not with 2 joints every 0.01 s");

@@ -100,7 +100,7 @@ void check(const std::filesystem::path& file) {
   require_same(result, simulate_capture(problem));
 }
 
-TEST(RandomScenarios, RunAndKeepTheirLedger) {
+TEST(RandomScenarios, RunAndLedgerPasses) {
   const bool passed = passes_on_random("a valid scenario runs, keeps its ledger, and runs again to the same bits",
                                        scenario_text(), GRAPNEL_RANDOM_SCENARIOS, check);
   EXPECT_TRUE(passed);

@@ -89,7 +89,7 @@ PhaseSetup closed(const Linkage& l) {
 double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * std::acos(-1.0))); }
 
 // The number of evaluations does not change the states: the end is identical to the last bit.
-TEST(ClosedPhase, OutputsDoNotDisturbTheMotion) {
+TEST(ClosedPhase, OutputDoesNotChangeMotion) {
   const Linkage l = linkage();
   std::vector<State> ends;
   for (const double interval : {5.0, 0.37, 0.01}) {
@@ -130,7 +130,7 @@ TEST(ClosedPhase, EveryOutputIsClosed) {
   std::printf("[ measured ] open %.2g, shape %.2g, energy %.2g, %ld steps\n", open, wrong, drift, o.steps);
 }
 
-TEST(ClosedPhase, RunsBackToWhereItBegan) {
+TEST(ClosedPhase, RunsBackToStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 3.0);
   PhaseDynamics there(l.model, closed(l));
@@ -143,7 +143,7 @@ TEST(ClosedPhase, RunsBackToWhereItBegan) {
   EXPECT_LT(difference(p.end_state, from), 1e-8);  // the start's rates are by differences: 1e-10
 }
 
-TEST(ClosedPhase, StopsAtItsConditionAndIsClosedThere) {
+TEST(ClosedPhase, ClosedAtStopCondition) {
   const Linkage l = linkage();
   PhaseDynamics dynamics(l.model, closed(l));
   const int crank = coordinate(l, "crank");
@@ -183,7 +183,7 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
 }
 
 // Two motors with contradictory commands: no motion satisfies the closed loop, and the failure reports it.
-TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
+TEST(ClosedPhase, ContradictoryDrivesEndWithReason) {
   const Linkage l = linkage();
   PhaseSetup setup = closed(l);
   for (std::size_t j = 0; j < setup.drives.size(); ++j) {
@@ -211,7 +211,7 @@ TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
 
 // Two motors with prescribed constant rates that contradict the loop: refused at the start, with the row, before any
 // motion; the same rates in the linkage's own proportion are accepted.
-TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
+TEST(ClosedPhase, ContradictoryRatesRejectedAtStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 0.5);
   for (const double factor : {1.0, 1.5}) {
@@ -234,7 +234,7 @@ TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
 }
 
 // A start that is not closed is closed, if it is near, and otherwise refused with what remains.
-TEST(ClosedPhase, BeginsClosedOrNotAtAll) {
+TEST(ClosedPhase, RejectsOpenStart) {
   const Linkage l = linkage();
   State near = start(l, 1.0, 1.0);
   near.q[coordinate(l, "rocker")] += 1e-3;

@@ -103,7 +103,7 @@ TEST(SampledControl, RateDampingIsStableUpToTheExactBound) {
 }
 
 // The same of a free body under attitude control about one axis: the torque comes from outside.
-TEST(SampledControl, DampsABaseFromOutside) {
+TEST(SampledControl, DampsBaseByExternalTorque) {
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4));
   constexpr double kDamping = 3 * 1.5 / kPeriod;  // a = 1.5 about y
   PhaseSetup setup;
@@ -123,7 +123,7 @@ TEST(SampledControl, DampsABaseFromOutside) {
   EXPECT_LT(lost, 1e-12);
 }
 
-TEST(SampledControl, SaysWhenAnUnstableLoopRunsAway) {
+TEST(SampledControl, ReportsUnstableLoop) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, damped(model, 4, 0));  // grows by 3 per sample
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 1), 0, 10, 1, {});
@@ -193,7 +193,7 @@ class OwnPd final : public Controller {
   int pieces = 0, updates = 0;
 };
 
-TEST(Controller, IsTheLawThatItCopies) {
+TEST(Controller, EqualsBuiltInLaw) {
   const Model model = flywheel({});
   for (const bool sampled : {false, true}) {
     PhaseSetup setup;
@@ -216,7 +216,7 @@ TEST(Controller, IsTheLawThatItCopies) {
   }
 }
 
-TEST(Controller, IsCutAtTheLimitAndRefusedWhereItSaysNoNumber) {
+TEST(Controller, LimitedAndRejectedIfNotFinite) {
   const Model model = flywheel({}, 0.2);
   const auto own = std::make_shared<OwnPd>();
   PhaseSetup setup;
@@ -234,7 +234,7 @@ TEST(Controller, IsCutAtTheLimitAndRefusedWhereItSaysNoNumber) {
       << o.failure;
 }
 
-TEST(Controller, TurnsTheBase) {
+TEST(Controller, RotatesBase) {
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4));
   const auto own = std::make_shared<OwnPd>();
   own->base = 0.8;
@@ -254,7 +254,7 @@ TEST(Controller, TurnsTheBase) {
   EXPECT_THROW(PhaseDynamics(model, setup), std::invalid_argument);
 }
 
-TEST(ControlClock, RefusesTimingsThatDoNotFit) {
+TEST(ControlClock, RejectsInvalidTiming) {
   EXPECT_THROW(ControlClock({0, 0}, 1), std::invalid_argument);
   EXPECT_THROW(ControlClock({0.1, -1}, 1), std::invalid_argument);
   EXPECT_THROW(ControlClock({NAN, 0}, 1), std::invalid_argument);

@@ -130,7 +130,7 @@ TEST(Thrusters, LimitCycleUnderAConstantTorqueBalancesIt) {
 }
 
 // Sampled pulses: what is asked for is given on the average, edges are exact, and momentum is that of the forces.
-TEST(Thrusters, PulsesGiveWhatIsAskedForAndTheirEdgesAreExact) {
+TEST(Thrusters, PulsesGiveCommandWithExactEdges) {
   for (const double delay : {0.0, 0.03}) {
     Case c = make_case(couples(), 1.5, 6, {});
     c.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, delay}, 0);
@@ -177,7 +177,7 @@ ThrusterBank begun_bank(double min_on_time = 0, double rise = 0, double fall = 0
   return bank;
 }
 
-TEST(ThrusterBank, PulsesThatAreTooLongAreScaledAlike) {
+TEST(ThrusterBank, LongPulsesAreScaledTogether) {
   ThrusterBank bank = begun_bank();
   // A couple gives 2 N m: 2 s and 0.5 s of a period of 1 s.
   const Vector3d mean = bank.pulse({4, 1, 0}, 1, {});
@@ -205,7 +205,7 @@ TEST(ThrusterBank, ShortPulsesHaveHysteresis) {
   }
 }
 
-TEST(ThrusterBank, APulseAfterAPulseThatLastsCountsFromItsOwnBeginning) {
+TEST(ThrusterBank, ConsecutivePulsesCountFromTheirOwnStart) {
   ThrusterBank bank = begun_bank();
   bank.pulse({2, 0, 0}, 1, {});
   bank.advance(1, 1e-12);
@@ -220,7 +220,7 @@ TEST(ThrusterBank, APulseAfterAPulseThatLastsCountsFromItsOwnBeginning) {
   EXPECT_EQ(firings, 2);  // each once
 }
 
-TEST(ThrusterBank, ARampThatBeginsInTheMiddleEndsSooner) {
+TEST(ThrusterBank, PartialRampEndsEarlier) {
   ThrusterBank bank = begun_bank(0, 1, 1);
   bank.open(0);
   bank.advance(0.4, 1e-12);
@@ -232,7 +232,7 @@ TEST(ThrusterBank, ARampThatBeginsInTheMiddleEndsSooner) {
   EXPECT_NEAR(bank.next_edge(0.6, 10, 1e-12), 0.6 + 0.8, 1e-15);
 }
 
-TEST(ThrusterBank, ValvesCloseWhileNobodyLooks) {
+TEST(ThrusterBank, ValvesCloseBetweenCalls) {
   ThrusterBank bank = begun_bank();
   bank.open(0);
   bank.mean_torque = {1, 0, 0};
@@ -246,7 +246,7 @@ TEST(ThrusterBank, ValvesCloseWhileNobodyLooks) {
   EXPECT_NEAR(bank.use(0).on_time, 1, 1e-15);
 }
 
-TEST(ThrusterBank, CountsTheTimeOfDumping) {
+TEST(ThrusterBank, CountsDumpingTime) {
   ThrusterBank bank = begun_bank();
   const MomentumDumping dumping{4, 1, 0.2};
   EXPECT_TRUE(bank.dumps(5, dumping));
@@ -260,7 +260,7 @@ TEST(ThrusterBank, CountsTheTimeOfDumping) {
 }
 
 // By a rate alone: on from level_on on, with a constant torque, off exactly at level_off.
-TEST(Thrusters, GoOffExactlyAtTheirLevel) {
+TEST(Thrusters, SwitchExactlyAtLevel) {
   constexpr double kd = 10, T = 2 * kLever * kForce, w0 = 0.18;
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.8, 0.3};
   Case c = make_case(couples(), 0, kd, schmitt);
@@ -278,7 +278,7 @@ struct Listening : Controller {
   std::vector<double> force;
 };
 
-TEST(Thrusters, LawsAreToldWhatThrustersGive) {
+TEST(Thrusters, LawsReceiveThrusterForces) {
   BodyDescription base, arm, hand;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -382,7 +382,7 @@ Vector3d momentum_of(const WheeledCase& w, const State& s) {
   return h;
 }
 
-TEST(Wheels, SpeedsGoWhereTheyAreWantedWithoutTorqueOnTheBase) {
+TEST(Wheels, NullSpaceControlReachesSpeeds) {
   WheeledCase w = with_pyramid(1, 400);
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
@@ -401,7 +401,7 @@ TEST(Wheels, SpeedsGoWhereTheyAreWantedWithoutTorqueOnTheBase) {
 }
 
 // Wheels that hold momentum: what slows them together would turn the base, and is not done.
-TEST(Wheels, SpeedsLeaveTheMomentumThatTheyHold) {
+TEST(Wheels, NullSpaceControlKeepsMomentum) {
   WheeledCase w = with_pyramid(1, 400);
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
@@ -427,7 +427,7 @@ TEST(Wheels, SpeedsLeaveTheMomentumThatTheyHold) {
 }
 
 // Motors that turn the base have the rest of their torque for the wheels' speeds, and no more.
-TEST(Wheels, SpeedsTakeWhatMotorsLeave) {
+TEST(Wheels, NullSpaceControlUsesRemainingTorque) {
   constexpr double most = 0.5;
   WheeledCase w = with_pyramid(most, 400);
   w.setup.actuators.wheel_speed_rate = 2;
@@ -447,7 +447,7 @@ TEST(Wheels, SpeedsTakeWhatMotorsLeave) {
 }
 
 // Not more than is left: with a period in which all of it can be given nothing is left after it.
-TEST(Thrusters, DumpNoMoreThanIsLeft) {
+TEST(Thrusters, DumpAtMostRemainingMomentum) {
   WheeledCase w = with_pyramid(20, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
   w.setup.actuators.thrusters = w.bank;
@@ -467,7 +467,7 @@ TEST(Thrusters, DumpNoMoreThanIsLeft) {
   EXPECT_NEAR(on, expected, 1e-12);
 }
 
-TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
+TEST(Thrusters, DumpWheelMomentumWithBaseAtRest) {
   WheeledCase w = with_pyramid(2, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(0.002), Vector3d{0, 0, 0});
   w.setup.actuators.thrusters = w.bank;
@@ -515,7 +515,7 @@ class Doubling : public SensorReader {
 
 // Sampled, the null-space torques are those of the rates that were read at the tick, held for a period and a delay: of
 // rates that are read twice too large W_k+1 = (1 - 2 r T) W_k.
-TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
+TEST(Wheels, NullSpaceControlIsSampled) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
     constexpr double rate = 0.2, period = 0.5;
@@ -534,7 +534,7 @@ TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
 }
 
 // Dumping begins by the momentum that was read at the tick.
-TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
+TEST(Thrusters, DumpMeasuredMomentum) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
     w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
@@ -561,7 +561,7 @@ TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
 
 // A base with one long arm that swings: the base turns with it, less with feedback, and not at all with feedforward
 // where the joints move as prescribed.
-TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
+TEST(BaseControl, FeedforwardHoldsBaseWhileArmsMove) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -601,7 +601,7 @@ TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
 
 // The rotor of a geared motor has a spin momentum, about an axis that need not be the joint's: the base gives that,
 // too.
-TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
+TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   BodyDescription base, arm, hand;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -642,7 +642,7 @@ TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
 
 // A base that turns, with an arm that does not move in it: nothing is to be fed forward. And the limit is one on the
 // sum.
-TEST(BaseControl, FeedforwardIsOfTheJointsMotionAndWithinTheLimit) {
+TEST(BaseControl, FeedforwardFromJointMotionWithinLimit) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";
   base.joint.type = JointType::free;
@@ -682,7 +682,7 @@ TEST(BaseControl, FeedforwardIsOfTheJointsMotionAndWithinTheLimit) {
 
 // --- Misuse ---
 
-TEST(Thrusters, SayWhatTheyNeed) {
+TEST(Thrusters, ReportRequirements) {
   Case c = make_case(couples(), 1, 1, {});
   EXPECT_THROW(PhaseDynamics(c.model, c.setup), std::invalid_argument);  // pulse widths without a clock
   c.setup.actuators.modulation.kind = ThrusterModulation::Kind::schmitt;
