@@ -253,6 +253,7 @@ VectorXd drawn_within(const EffortFamily& f, const VectorXd& x, const VectorXd& 
 
 }  // namespace
 
+// Program (19.17) => minimizer, its gradient and active bounds.
 BoxSolution minimize_in_box(const BoxProgram& program) { return BoxMinimizer(program).run(); }
 
 // Family => minimum over z of the largest weighted excess (19.20) and a minimizer. Without self-stresses (no columns of

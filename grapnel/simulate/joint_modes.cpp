@@ -47,6 +47,7 @@ HoldingRange holding_range(const JointModes::Joint& joint, double breakaway) {
           joint.end == JointModes::End::lower ? kNone : breakaway};
 }
 
+// Rate of a joint at a stop => rate into the stop, positive if it moves into it.
 double into_stop(const JointModes::Joint& joint, double rate) { return rate * static_cast<double>(joint.end); }
 
 }  // namespace

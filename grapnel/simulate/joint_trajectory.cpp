@@ -122,6 +122,7 @@ JointTrajectory JointTrajectory::at_rest(double position) {
   return trajectory;
 }
 
+// Time t => point of the trajectory; at a common end of two pieces the later one.
 JointPoint evaluate(const JointTrajectory& trajectory, double t) { return evaluate(trajectory, t, t); }
 
 // Time t => point on the piece that contains `inside`, a time of the same smooth interval. Before the first piece and

@@ -17,6 +17,7 @@ Vector3d thrust_direction(const Thruster& thruster) {
   return std::cos(angle) * d + std::sin(angle) * cross(n, d) + (1 - std::cos(angle)) * dot(n, d) * n;
 }
 
+// Thruster => propellant at full force F/(I_sp g_0) [kg/s] (18.2).
 double mass_flow(const Thruster& thruster) { return thruster.force / (thruster.specific_impulse * kStandardGravity); }
 
 namespace {

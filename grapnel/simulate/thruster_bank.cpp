@@ -111,6 +111,7 @@ bool ThrusterBank::is_locked(std::size_t i) const {
   return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
 }
 
+// Open valve => remaining time for which its minimum on-time keeps it open [s].
 double ThrusterBank::locked_for(std::size_t i) const { return valves_[i].opened + thrusters_[i].min_on_time - time_; }
 
 // Torque impulse of a period [N m s] => valves opened for the on-times of (18.2), scaled to the period; below the
