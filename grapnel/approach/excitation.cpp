@@ -20,6 +20,7 @@ void add_swings(const ExcitationSetup& excitation, double begin, double duration
 
 }  // namespace
 
+// Settings after the impact => whether held joints move: to a posture, or as excitation.
 bool moves_afterwards(const PostImpactSetup& post) { return post.move || (post.identify && post.identify->excitation); }
 
 // Settings after the impact and hold value of a joint => its reference: constant, or swings for an identification
