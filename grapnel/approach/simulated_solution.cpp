@@ -82,7 +82,7 @@ double SimulatedEnd::size() const {
 }
 
 // First guess => final positions and rates whose simulation has error and gap up to 10 times `tolerance`. Damped Newton
-// steps; sensitivities are reused while a step reduces the error to a twentieth.
+// steps; sensitivities are reused while a step reduces the error to at most a twentieth.
 SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
                                        const std::vector<double>& lower, const std::vector<double>& upper,
                                        double tolerance) {

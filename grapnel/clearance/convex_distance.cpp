@@ -369,7 +369,7 @@ void offer_primitives(const CorePair& pair, LeastDepth& least) {
 
 }  // namespace
 
-// Overlapping cores => least depth, its normal and contact points, in the first one's frame. Candidate normals first,
+// Overlapping cores => minimum depth, its normal and contact points, in the first one's frame. Candidate normals first,
 // then refinement by the nearest points of the cores after their separation.
 Penetration penetration(const CorePair& pair) {
   LeastDepth least{pair};

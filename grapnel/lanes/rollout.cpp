@@ -88,7 +88,7 @@ Rollout::Rollout(const Model& model, const RolloutSetup& setup) {
 }
 
 // Initial states and controls => states, by threads that take batches of lanes as they become free; results do not
-// depend on the number of threads. The first exception of a thread is rethrown.
+// depend on the number of threads. The last exception of a thread is rethrown.
 void Rollout::run(const RolloutData& data, int threads, const std::stop_token& stop) const {
   if (data.cases < 0 || data.steps < 0) throw std::invalid_argument("rollout: negative number of cases or steps");
   check_size(data.initial.size(), data.cases, state_size(), false, "the initial states");

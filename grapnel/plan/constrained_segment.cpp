@@ -43,7 +43,7 @@ std::vector<ConstrainedSegment::Found> ConstrainedSegment::scan(double band, dou
 }
 
 // Last shot => weighted objective (6.20), its gradient by the unknowns and the unweighted terms. Clearance counts as
-// zero here: it is an unknown of its own.
+// zero here: it is a separate unknown.
 double ConstrainedSegment::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
   const Objective& objective = problem_.objective;
   if (gradient) gradient->setZero(unknowns());

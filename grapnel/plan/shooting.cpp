@@ -30,7 +30,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
   return {X.R * R, X.p + X.R * Vector3d{xi[3], xi[4], xi[5]}};
 }
 
-// Base and problem, which must outlive it => shooting without splines.
+// Base and problem, which must outlive it => shooting on the segment that begins at problem.start.
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 

@@ -810,7 +810,7 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   }
 }
 
-// Time and y => dy/dt: coordinate rates, accelerations by (2.7) or, with closures, chapter 8, powers and external
+// Time and y => dy/dt: coordinate rates, accelerations by (4.8) to (4.12) or, with closures, (8.6), powers and external
 // wrenches as rates of the integrals. Contradicting closures give NaN, and trouble_ records the cause.
 void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<double> dydt) {
   const int nq = model_.coordinates(), nv = model_.velocities();

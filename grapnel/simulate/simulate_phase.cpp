@@ -93,7 +93,7 @@ class PhaseRun {
 
  private:
   // Ends of the smooth intervals => stepper at t1, or at the first stop, failure or controller error. Each smooth piece
-  // starts anew with its modes; edges of actuators divide intervals further.
+  // chooses its modes again; edges of actuators divide intervals further.
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (std::size_t next = 0; next < ends.size();) {
