@@ -65,7 +65,7 @@ std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<c
 }  // namespace
 
 // State, grasps, coefficients, held rates => v+, impulses and checks for u+ = -E u- (11.10), solved by (7.5) to (7.7).
-// `inconsistent` names the redundant rows whose velocity differs from -E u- by more than rounding.
+// `inconsistent` names the redundant rows whose velocity differs from -E u- by more than the rounding error.
 BilateralRestitution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
                                            std::span<const std::vector<double>> restitution,
                                            std::span<const HeldRate> held) {

@@ -24,6 +24,8 @@ StiffSystem StiffIntegrator::stiff_system() {
           }};
 }
 
+// System, sizes and tolerances of the integrated quantities, first step and end [s] => integrator at t = 0 with all
+// integrated quantities zero (docs/theory, section 12, Integration).
 StiffIntegrator::StiffIntegrator(CompliantSystem& system, std::span<const double> sizes,
                                  std::span<const double> tolerances, double first_step, double end)
     : system_(system),

@@ -58,6 +58,9 @@ MakePacks packs_of([[maybe_unused]] lanes::InstructionSet set) {
 
 }  // namespace
 
+// Model, start, contacts, grasps, held velocities, drive => tables of bodies, trees, interfaces and springs, and the
+// layout of the integrated quantities: coordinates, rates, impulses, losses, held impulses, work (docs/theory, section
+// 12). With an instruction set, and without modal chains, points are also evaluated in batches.
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                  std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive,
                                  std::optional<lanes::InstructionSet> set)

@@ -520,6 +520,8 @@ VariedImpact vary_impact(const Model& model, const State& state, std::span<const
   return impact;
 }
 
+// Grasps, change of configuration => Jacobians of the grasping bodies at the contact points, fixed in W, 6 rows per
+// grasp, with their derivatives along the change (13.15), (13.16).
 DualMatrix vary_end_effectors(const Model& model, const State& state, std::span<const Grasp> grasps,
                               const std::vector<double>& configuration) {
   const DualSystem system = make_system(model, state, configuration);

@@ -28,7 +28,7 @@ double drive_inertia(const Model& model, int velocity) {
 }
 
 // Rows, required velocities, self-stresses => nearest rates in the metric J_r that agree with the grasps (7.20); empty
-// if the required ones agree up to rounding. Self-stresses of the grasps alone are excluded.
+// if the required ones agree up to rounding error. Self-stresses of the grasps alone are excluded.
 std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
                                                        const Eigen::MatrixXd& null_space) {
   const Eigen::Index held = rows.held_inertia.size();
