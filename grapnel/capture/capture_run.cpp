@@ -16,6 +16,8 @@ const Body& joint_body(const CaptureSystem& system, std::size_t joint) {
 
 // --- Motion of the joints ---
 
+// Problem, bodies => sampling clock and thruster bank where the problem has them; no joint is settled. Throws
+// CaptureProblemError if an external controller is required and none is provided.
 RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame)
     : problem_(problem), frame_(frame) {
   if (problem.control)
@@ -50,6 +52,8 @@ void RunJoints::settle_all(const RunBodies& bodies) {
   for (std::size_t j = 0; j < size(); ++j) settle(bodies, known, j);
 }
 
+// Phase before, bodies => positions that the joints hold in the next phase: the reference, if both phases follow one;
+// otherwise the known positions.
 void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodies) {
   using Joints = PostImpactSetup::Joints;
   const auto follows = [](Joints joints) {
@@ -153,6 +157,9 @@ std::vector<HeldRate> RunJoints::driven_rates(const RunBodies& bodies) const {
   return held;
 }
 
+// Bodies => held rates of an impact in the free system (docs/theory, section 7): fast modes first, then joints that
+// follow their reference exactly, springs that count as rigid, and other joints by impact.joints (current rate, or zero
+// if braked). None under impedance.
 std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const {
   const ImpactSetup::Joints joints = problem_.impact->joints;
   if (joints == ImpactSetup::Joints::impedance) return {};
@@ -198,6 +205,8 @@ std::vector<std::string> names_of_phases(const CaptureProblem& problem) {
 
 }  // namespace
 
+// Problem, frame of the computation => state of a run before its first phase; `result` receives the reports. With
+// several phases after the impact the run owns a copy of the problem, which it changes from phase to phase.
 CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
                        CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result)
     : staged_(the_problem.post_impact.size() > 1 ? std::make_unique<CaptureProblem>(the_problem) : nullptr),
@@ -327,6 +336,8 @@ bool GraspSchedule::together_in_envelopes(const CaptureSystem& system, const Sta
   return largest(envelope_excesses(problem_, system, forward_kinematics(system.model, state)), together) <= kMet;
 }
 
+// System, whether the group counts => function of time and state: minimum excess over the capture envelopes, at most
+// zero when a waiting grasp or the whole group is within them; empty if no grasp waits. `system` must outlive it.
 StopCondition GraspSchedule::stop_condition(const CaptureSystem& system, bool together) const {
   const std::vector<std::size_t> waiting = undecided(GraspSetup::Closes::on_arrival);
   std::vector<std::size_t> group;
@@ -363,6 +374,8 @@ GraspOutcome GraspSchedule::outcome(std::size_t grasp, bool captured, const std:
   return outcome;
 }
 
+// Due grasps and state at `time` [s] => grasps that close, by their capture envelopes (docs/theory, section 6.5);
+// records the outcome of each and the time of the first decision.
 std::vector<std::size_t> GraspSchedule::decide(const std::vector<std::size_t>& grasps, const CaptureSystem& system,
                                                const State& state, double time) {
   std::vector<std::size_t> closing;
@@ -406,6 +419,8 @@ GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, con
   return missed;
 }
 
+// Time of the last check and final state => capture time and outcomes of all grasps in the result; undecided ones get
+// their deviations at the end (NaN after a failure). Writes nothing if no grasp was due.
 void GraspSchedule::write(double last_look, const CaptureSystem& system, const State& state,
                           CaptureResult& result) const {
   if (!first_time_) return;

@@ -72,6 +72,8 @@ void ConservationMonitor::set_system(const CaptureSystem& system) {
 
 // --- Phases ---
 
+// Whether motors work, whether root motion is integrated => groups equal to the current trees. Unchanged groups
+// continue; others inherit the energy scale of their bodies, and ended ones enter the rows (docs/theory, section 9).
 void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
   controlled_ = controlled;
   (controlled ? any_controlled_ : any_uncontrolled_) = true;
@@ -116,6 +118,8 @@ ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQu
   return {norm(difference.linear), norm(difference.angular)};
 }
 
+// Quantities and integrals since the phase's start => updated maxima of momentum drift, energy deviation and scale per
+// group, the numerators of (9.4); energy is relative to the phase's first sample.
 void ConservationMonitor::sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals) {
   started_ = true;
   add_scale({quantities.linear_scale, quantities.angular_scale, quantities.kinetic_energy});
@@ -142,6 +146,7 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
   }
 }
 
+// Measures of a phase that was observed elsewhere (batches) => the same maxima as sample(); nothing without measures.
 void ConservationMonitor::take(const PhaseMeasures& measures) {
   if (measures.trees.empty()) return;  // no measures were taken
   started_ = true;
@@ -179,6 +184,8 @@ void ConservationMonitor::add_scale(const LedgerScale& scale) {
 
 // --- Between phases ---
 
+// Quantities between phases => drift of each group after an impact; its excess over the previous maximum counts as a
+// jump, which identifies the impact as the cause.
 void ConservationMonitor::instant(const ConservedQuantities& quantities) {
   started_ = true;
   add_scale({quantities.linear_scale, quantities.angular_scale, quantities.kinetic_energy});
@@ -256,6 +263,8 @@ GroupScale<double> ConservationMonitor::scale_of(const Group& group) const {
   return ledger_scale(group.scale, group.exchanged, group.reach, slowest_);
 }
 
+// Group, worst rows so far => rows with this group's deviations over its scale (9.4) where these are larger; a NaN
+// stays. The energy scale has the floor from earlier groups of the same bodies.
 void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) const {
   const GroupScale<double> scale = scale_of(group);
   const auto note = [&](Row row, double deviation, double relative_to) {
@@ -289,6 +298,8 @@ DriftCause ConservationMonitor::cause() const {
   return {all.jump_ > all.growth_, any_integrated_, all.farthest_};
 }
 
+// Groups => four rows of (9.4) with bounds 1e-11 (momentum), 1e-9 (work) and 1e-10 (energy; 1e-9 with springs), each
+// with the worst group and its scale in the note; also the scale of the whole system.
 void ConservationMonitor::write(Ledger& ledger) const {
   std::vector<Worst> rows = rows_;
   for (const Group& group : groups_) judge(group, rows);
@@ -327,6 +338,7 @@ bool is_one_of(std::string_view name, std::initializer_list<std::string_view> na
   return false;
 }
 
+// Integration setup => name of the loop method if it is for comparison only; null for projection.
 const char* comparison_loops(const IntegrationSetup& integration) {
   switch (integration.loops) {
     case IntegrationSetup::Loops::baumgarte:
@@ -380,6 +392,8 @@ constexpr const char* kImpactEquations =
     "inertias "
     "that differ by many orders of magnitude, or a nearly singular configuration (impact.rank)";
 
+// Problem, cause of the drift, name of a failed row => remedy for the user: setting for comparison, equations of an
+// impact, rounding of positions, or smaller steps.
 std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, std::string_view row) {
   const IntegrationSetup& integration = problem.integration;
   const bool momentum = is_one_of(row, {"linear_momentum_drift", "angular_momentum_drift"});
@@ -435,10 +449,13 @@ void ImpactMonitor::note(const ImpactResiduals& residuals) {
   raise(residuals_->cone, residuals.cone);
 }
 
+// Energy residual (12.12) of a compliant impact => maximum over the impacts; a NaN stays.
 void ImpactMonitor::note_compliant(double energy_residual) { raise(compliant_, energy_residual); }
 
 void ImpactMonitor::note_brake(double energy_identity_residual) { raise(brake_, energy_identity_residual); }
 
+// Largest residuals of all impacts => rows (9.5) to (9.7), friction cone, compliant energy (12.12) and brakes; rows
+// without an impact of that kind are omitted.
 void ImpactMonitor::write(Ledger& ledger) const {
   const auto add = [&](const char* name, std::optional<double> value, const char* note, double bound = 1e-10) {
     if (value) ledger.entries.push_back({name, *value, bound, "1", note});
@@ -463,6 +480,7 @@ void ImpactMonitor::write(Ledger& ledger) const {
 
 namespace {
 
+// Group => velocity of its centre of mass.
 Vector3d velocity(const GroupQuantities& group) { return (1 / group.size.mass) * group.h.linear; }
 
 // Quantities of a body at its centre of mass.
@@ -471,6 +489,8 @@ struct BodyQuantities {
   double twice_spin_energy = 0;  // w . I w, plus the terms of its joint's rotor and of the spin of carried rotors
 };
 
+// Body i, state => momentum about its centre of mass in W, that point, and twice its energy of rotation; includes
+// reflected rotors (19.6) and the spins of rotors that it carries.
 BodyQuantities body_quantities(const Model& model, const Kinematics& k, const State& state, std::size_t i) {
   const Body& body = model.bodies()[i];
   const BodyDescription& d = body.description;
@@ -503,6 +523,8 @@ std::vector<int> trees_of_bodies(const Model& model) {
   return trees;
 }
 
+// Groups => one group about the common centre of mass: mass, momentum, energies and the sums P, A, M R^2 of (9.1) to
+// (9.3), with the motions of the parts relative to it.
 GroupQuantities together(std::span<const GroupQuantities> groups) {
   if (groups.size() == 1) return groups.front();
   GroupQuantities all;
@@ -526,6 +548,9 @@ GroupQuantities together(std::span<const GroupQuantities> groups) {
   return all;
 }
 
+// Model, poses and twists, state => momenta, energies and scale sums of the system and of each tree, (9.1) to (9.3),
+// summed body by body; independent of the mass matrix. The angular momentum of a tree is about its own centre of mass,
+// that of the system about the common one; inner energy includes springs (22.6).
 ConservedQuantities conserved_quantities(const Model& model, const Kinematics& kinematics, const State& state) {
   ConservedQuantities quantities;
   const std::size_t count = model.bodies().size();

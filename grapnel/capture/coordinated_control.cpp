@@ -43,6 +43,7 @@ bool is_held(const CaptureProblem& problem, const CaptureSystem& system, const s
                      [&](const HeldGrasp& g) { return problem.grasps[g.grasp].target == target; });
 }
 
+// Target name => indices in robot_joints of all joints between the base and the end-effectors that hold the target.
 std::vector<std::size_t> joints_that_carry(const CaptureProblem& problem, const CaptureSystem& system,
                                            const std::string& target) {
   const Model& model = system.model;
@@ -110,6 +111,8 @@ std::shared_ptr<JointLaw> CoordinatedControl::begin_piece(const CaptureSystem& s
   return law_;
 }
 
+// Time, state => smallest margin until the law must end and its cause: condition of the law over its minimum less 1,
+// margins of the law itself, distances of its joints from their position limits. Zero or less ends the law.
 CoordinatedControl::Margin CoordinatedControl::least_margin(double time, const State& state) {
   Margin least{std::numeric_limits<double>::infinity(), LawEnd::rank_lost, ""};
   if (!law_->goes_on()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;

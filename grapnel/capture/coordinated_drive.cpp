@@ -29,6 +29,8 @@ double CoordinatedDrive::next_break(double t) const {
   return next;
 }
 
+// Time since the impact's start, state, contact wrenches => new held command (6.14) if this is a sample time; the law
+// receives sensor readings and sensed wrenches. Nothing for a continuous law.
 void CoordinatedDrive::begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) {
   const double now = begin_ + t, same = resolution_at(now);
   if (!clock_ || !clock_->tick(now, same)) return;
@@ -45,6 +47,8 @@ void CoordinatedDrive::begin_piece(double t, const State& state, std::span<const
   clock_->command(std::move(command), now, same);
 }
 
+// Time since the impact's start, state, contact wrenches => efforts [N m or N] per velocity: the held command (6.14) of
+// a sampled law, otherwise the law's output at this state.
 void CoordinatedDrive::efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                                std::span<double> effort) {
   const Model& model = system_.model;

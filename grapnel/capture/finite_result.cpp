@@ -23,6 +23,8 @@ std::string place_of(const Type& type, const void* item, std::size_t i) {
   return "[" + name + "]";
 }
 
+// List and its type => path of its first number that is not finite. Of lists of three numbers the sum of squares must
+// be finite, too, since norms are computed from it.
 Path path_in_list(const Type& type, const void* list, bool also_unknown) {
   const Type& of = type.of();
   Path found;
@@ -42,6 +44,8 @@ Path path_in_list(const Type& type, const void* list, bool also_unknown) {
   return !found && type.fixed_size == 3 && !std::isfinite(squares) ? Path("") : found;
 }
 
+// Structure and its type => path of its first number that is not finite; derived fields, absent values and, unless
+// `also_unknown`, fields whose null value means absent are skipped.
 Path path_in_structure(const Type& type, const void* owner, bool also_unknown) {
   Path found;
   for (const Field& field : type.fields) {
@@ -57,6 +61,8 @@ Path path_in_structure(const Type& type, const void* owner, bool also_unknown) {
   return found;
 }
 
+// Value and its type => path of its first number that is not finite: "" for the number itself, empty if all are finite
+// or the type has none.
 Path path_in(const Type& type, const void* value, bool also_unknown) {
   switch (type.kind) {
     case Type::Kind::real:
@@ -92,6 +98,8 @@ class Finder {
 
 }  // namespace
 
+// Result => path of its first number that is not finite, for the failure message; empty if all checked parts are
+// finite.
 std::string first_not_finite(const CaptureResult& result) {
   Finder finder;
   finder.look("approach.start", result.approach_start);

@@ -94,6 +94,8 @@ bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
   return !ends_in_envelopes(run) || !run.schedule.together_in_envelopes(bodies.system, bodies.state);
 }
 
+// Due grasps => whether an impact took place: those within their envelopes close under impact.law. Under the
+// instantaneous laws, grasps close before contacts touch, in separate impacts.
 bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
   const RunBodies& bodies = run.bodies;
   const std::vector<std::size_t> closing = run.schedule.decide(grasps, bodies.system, bodies.state, bodies.time);
@@ -112,6 +114,8 @@ bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
   return true;
 }
 
+// Phase => removes the grasps of all releases that are due at the current time and reports them; law and joints settle
+// if the law's grasps are released.
 void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
   const auto& releases = run.problem.post_impact->releases;
   const double now = run.bodies.time;
@@ -153,6 +157,8 @@ Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing) {
   return meeting;
 }
 
+// Contact and its report => grasps that hold after this law become held grasps; the others are recorded as refused,
+// with their relative speed [m/s] or `unfinished` reason.
 void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law, const ImpactReport& report,
                   std::span<const std::string> unfinished) {
   const CaptureProblem& problem = run.problem;
@@ -176,6 +182,8 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
   }
 }
 
+// Report in the frame of the computation => report in W (9.8), with margins, appended to the result; adds warnings of
+// overpowered drives, created energy, inconsistent restitution and dependence on contact order.
 void keep_report(CaptureRun& run, ImpactReport report) {
   const auto warn = [&](std::string text) { run.result.warnings.push_back(std::move(text)); };
   add_margins(run.problem, report);
@@ -240,6 +248,8 @@ ImpactOutcome solve_impact(CaptureRun& run, const Meeting& meeting, ImpactSetup:
 
 }  // namespace
 
+// Closing grasps, law => state after the instantaneous impact (docs/theory, sections 7 and 11) and after brakes; adds
+// its report and conservation checks just before and after it. Throws RunFailure for a singular system.
 void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
   const Meeting meeting = meet(run, closing);
@@ -259,6 +269,8 @@ void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, Im
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
 }
 
+// Run => report of the locking impulse (docs/theory, section 7, Locking) that stops the settled joints; empty unless
+// post_impact.joints is braked. Requires the free system; the held grasps remain closed.
 std::optional<BrakeReport> lock_settled_joints(CaptureRun& run) {
   if (!run.joints.settle_to(PostImpactSetup::Joints::braked)) return {};
   RunBodies& bodies = run.bodies;
@@ -412,6 +424,9 @@ void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
 
 }  // namespace
 
+// Closing grasps => state and time after the compliant impact (docs/theory, section 12): integrates the springs in the
+// joined system, then makes the grasps at rest rigid in the free system and applies brakes. Throws RunFailure for
+// targets in closed loops.
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
   const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: with_grasps() is called again below

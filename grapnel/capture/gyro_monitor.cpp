@@ -34,6 +34,8 @@ void GyroMonitor::begin_phase(const PhaseDynamics& dynamics) {
   if (!report_.steered) report_.largest_torque_lacking = 0, report_.steered = true;
 }
 
+// Step => minimum singularity measure and largest torque deficit [N m] at mid-step; steps below `near` extend the
+// current hazard, or begin one (docs/theory, section 17, Control moment gyros).
 void GyroMonitor::step(const PhaseStep& step) {
   const PhaseSample sample = step.at(0.5 * (step.begin + step.end));
   const GyroArray& array = sample.dynamics->base().gyros();
@@ -60,6 +62,8 @@ double GyroMonitor::singularity_measure(const CaptureSystem& system, const State
   return grapnel::singularity_measure(gyros, angles);
 }
 
+// State, motor efforts or none => per gyro its gimbal angle, largest gimbal rate and largest motor torques so far;
+// minimum singularity measure of the array.
 void GyroMonitor::look(const CaptureSystem& system, const State& state, std::span<const double> motor) {
   if (system.gyros.empty()) return;
   for (std::size_t g = 0; g < system.gyros.size(); ++g) {
@@ -77,6 +81,8 @@ void GyroMonitor::look(const CaptureSystem& system, const State& state, std::spa
   any_ = true;
 }
 
+// Observed gyros => report and, if the array was near a singularity, a warning with total time [s], minimum measure and
+// torque deficit [N m].
 void GyroMonitor::write(CaptureResult& result) const {
   if (!any_) return;
   result.gyros = report_;

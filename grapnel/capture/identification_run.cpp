@@ -23,6 +23,8 @@ const char* word(Identified how) {
 
 }  // namespace
 
+// System, target, inertia in the target's axes about its centre of mass => copy of the model with these values for the
+// target's body; frames and other bodies are unchanged.
 std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size_t target,
                                           const TargetInertia& inertia) {
   const Model& model = system.model;
@@ -43,6 +45,8 @@ std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size
   return std::make_shared<const Model>(std::move(builder).build());
 }
 
+// Sensor setup => standard deviations of angular velocity and joint rates [rad/s], with quantization q as variance
+// q^2/12 (20.8) and differences of positions by (20.2); zero without sensors.
 RateNoise rate_noise_of(const CaptureProblem& problem) {
   RateNoise noise;
   if (!problem.sensors || !problem.control) return noise;
@@ -65,6 +69,8 @@ RateNoise rate_noise_of(const CaptureProblem& problem) {
   return noise;
 }
 
+// Problem => assumed inertia (unspecified values are the true ones), target, sampling interval in control periods, and
+// the model that control laws use.
 IdentificationRun::IdentificationRun(const CaptureProblem& problem) : problem_(problem) {
   if (!problem.post_impact) return;
   const PostImpactSetup& post = *problem.post_impact;
@@ -117,6 +123,8 @@ std::shared_ptr<const Model> IdentificationRun::law_model(const CaptureSystem& s
   return assumed_ ? with_inertia(system, assumed_target_, *assumed_) : nullptr;
 }
 
+// Sensor readings at a control sample => one measurement [seen state; external impulse since the first] within the
+// identification window while the target is held; the first one also sets the servicer's initial momentum (16.4).
 void IdentificationRun::take(const CaptureSystem& system, const PhaseSample& sample, const State& seen) {
   const double period = problem_.control->timing.period, rounding = 1e-6 * period;
   if (sample.time < begin_ - rounding || sample.time >= end_ - rounding || !is_held(system)) return;
@@ -165,6 +173,8 @@ void IdentificationRun::conclude(const CaptureSystem& system, double time) {
   if (model_ == LawModel::estimated) report_->used_from = time;
 }
 
+// Estimate => report: rank, condition, residual, determined parameters with deviation and true value [kg, m, kg m^2],
+// and causes of undetermined ones.
 void IdentificationRun::report(const IdentifiedBody& found) {
   IdentificationReport& r = *report_;
   r.ended = IdentificationEnd::done;

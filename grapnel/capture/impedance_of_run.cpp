@@ -32,6 +32,8 @@ struct Prepared {
   LawScope scope;
   std::vector<std::string> names;
 };
+// Problem, system => impedance law (21.1) with gains and end-effectors but without references, and the joints between
+// these and the base.
 Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
   const ImpedanceSetup& setup = *problem.impedance;
   Prepared p{{}, {{}, {}, problem.gravity}, hands_of(problem)};
@@ -161,6 +163,8 @@ std::unique_ptr<CoordinatedLaw> coordinated_law_of_approach(const CaptureProblem
   return std::make_unique<ImpedanceOfRun>(problem, true);
 }
 
+// Contacts and state before => per contact, along its normal: effective masses [kg] of end-effector and target (21.7),
+// the controlled mass (or (21.9) for match: target), approach speed [m/s] and expected restitution.
 std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
                                             const State& state, std::span<const ClosingContact> contacts) {
   std::vector<EffectiveMass> masses;
@@ -192,6 +196,8 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
   return masses;
 }
 
+// Contacts and their effective masses => impedance law that holds the current poses during the impact (docs/theory,
+// section 21.3), with matched masses along the normals for match: target; null without impedance in the impact.
 std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system,
                                         const Model& law_model, const State& state, double time,
                                         std::span<const ClosingContact> contacts,

@@ -25,6 +25,8 @@ bool is_motion(const PeakLoad& load) {
 
 }  // namespace
 
+// Result => one warning per joint without effort limit whose largest effort in motion exceeds kMostMoment [N m] or
+// kMostForce [N]; impacts and brakes are excluded, since their forces depend on an assumed duration.
 std::vector<std::string> implausible_efforts(const CaptureProblem& problem, const CaptureResult& result) {
   std::vector<const PeakLoad*> found;  // the maximum of each joint
   for (const PeakLoad& load : result.peak_loads) {

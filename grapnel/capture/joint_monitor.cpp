@@ -22,6 +22,8 @@ void JointMonitor::begin_phase(const std::string& name, const PhaseDynamics& dyn
   name_ = name, dynamics_ = &dynamics;
 }
 
+// Phase outcome => per joint its mode, friction heat, motor work and copper loss [J], friction share (19.21), and up to
+// kKept impacts at stops (19.2), (19.4).
 void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   const Model& model = dynamics_->model();
   const auto description = [&](std::size_t joint) -> const JointDescription& {

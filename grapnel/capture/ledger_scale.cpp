@@ -36,6 +36,8 @@ SlowestMotion slowest_motion(const CaptureProblem& problem) {
   return slowest;
 }
 
+// Largest motion, exchange, size and slowest motion of a group => scales of linear [N s] and angular momentum [N m s]
+// and energy [J] (9.1) to (9.3).
 GroupScale<double> ledger_scale(const GroupScale<double>& motion, const TreeExchange& exchanged,
                                 const GroupReach& reach, const SlowestMotion& slowest) {
   const double R = reach.radius, J = exchanged.impulse, N = exchanged.angular_impulse;

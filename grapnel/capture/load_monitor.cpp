@@ -27,6 +27,7 @@ const std::array<double, kNodes> kLobatto{0, 0.5 - 0.5 * std::sqrt(3.0 / 7.0), 0
 
 // Lagrange polynomials of the nodes, at the grid points.
 using Basis = std::array<std::array<double, kNodes>, kGrid + 1>;
+// Nodes kLobatto => values of the Lagrange polynomials at kGrid + 1 equidistant points of the unit interval.
 Basis make_basis() {
   Basis basis;
   for (int g = 0; g <= kGrid; ++g) {
@@ -57,6 +58,8 @@ std::optional<Vertex> vertex(double before, double middle, double after) {
 struct Promise {
   double at, magnitude;
 };
+// Values at the nodes => place and value of the largest magnitude of their polynomial: maximum on the grid, refined by
+// a parabola; empty if it is at an end of the step.
 std::optional<Promise> promise(const std::array<double, kNodes>& values) {
   static const Basis basis = make_basis();
   std::array<double, kGrid + 1> p;
@@ -112,6 +115,9 @@ void PeakSearch::climb(std::size_t quantity, double t, double begin, double end,
   }
 }
 
+// Step => points at its nodes and refined ones, in order of time, and updated peaks. Quantities whose interpolating
+// polynomial may exceed their peak are searched by climb(); `fresh`: the values at `begin` differ from those at the
+// last end.
 void PeakSearch::step(double begin, double end, bool fresh, const Quantities& at) {
   if (!fresh && used_ > 0 && points_[used_ - 1].time == begin) {
     std::swap(points_[0], points_[used_ - 1]);
@@ -164,6 +170,8 @@ void EffortWatch::note(Monitor& monitor, double time, double value) {
   if (monitor.sign * (value - event.worst_value) > 0) event.worst_value = value, event.worst_time = time;
 }
 
+// Points of a step => begins, extends and ends events of efforts beyond their limits; crossings between two points are
+// located by bracketing to 1e-9 of their distance.
 void EffortWatch::step(std::span<const PeakSearch::Point> points, const PeakSearch::Quantities& at) {
   constexpr double kTime = 1e-9;  // relative to the distance of two points
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -300,6 +308,8 @@ void LoadMonitor::note(PeakLoad load) {
   if (load.peak != 0 || std::isfinite(load.rating)) peaks_.push_back(std::move(load));
 }
 
+// Peaks of the phase => peak loads of joints, grasps and base control with their ratings, grasp loads, and limit
+// events; nothing if no step was observed.
 void LoadMonitor::end_phase() {
   open_ = false;
   const std::span<const Peak> found = search_.peaks();
@@ -318,6 +328,8 @@ void LoadMonitor::end_phase() {
   events_ = efforts_.end_phase();
 }
 
+// Impact report => peak loads of joints and grasps: impulses [N s, N m s], and forces. Forces are peaks of a compliant
+// impact, otherwise impulse over the stated duration (docs/theory, section 7, Mean force).
 void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks) {
   const bool in_time = report.compliant.has_value();
   const auto add = [&](const std::string& of, const char* quantity, double value, double after, double rating) {

@@ -180,6 +180,8 @@ PhaseSetup setup_of_piece(CaptureRun& run) {
 
 }  // namespace
 
+// Run, phase => task from the current time to the next event, with observers begun. The stop condition is the minimum
+// of the law's margin, arrival in envelopes and the phase's condition; prescribed joints start on their reference.
 PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
@@ -251,6 +253,8 @@ void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measur
   run_.monitor.note_last_look(outcome.end_time);
 }
 
+// Prepared segment => state and time at its end, taken from elsewhere or integrated here; true if it ended at its
+// planned time, false at a stop condition. Throws RunFailure if the integration failed.
 bool PhaseSegment::await_resume() {
   const PhaseOutcome outcome = elsewhere_ && !resumed_ ? *std::move(elsewhere_) : integrate();
   if (observed_) run_.monitor.end_phase(outcome);
@@ -297,6 +301,7 @@ StepProbe PhaseSegment::probe() const {
   };
 }
 
+// Segment => outcome without samples for output: conservation checks at ends of steps, at least kMinimumChecks of them.
 PhaseOutcome PhaseSegment::integrate_between_checks() {
   StepWatch watch;
   watch.looks = static_cast<int>(kMinimumChecks);
@@ -312,6 +317,8 @@ PhaseOutcome PhaseSegment::integrate_between_checks() {
   return simulate_phase(dynamics_, start, begin, task_.end, task_.integration, watch, stop_, resumed_);
 }
 
+// Segment => outcome with samples at the output interval. Without a stop condition the grid is refined by a power of
+// two to at least kMinimumChecks checks per segment; only instants of the output grid and both ends are recorded.
 PhaseOutcome PhaseSegment::integrate_with_samples() {
   const double end = task_.end, duration = end - task_.begin;
   const bool any_interval = run_.problem.output_interval > 0;

@@ -53,6 +53,8 @@ Vector3d internal_angular_momentum(const CaptureSystem& system, const Kinematics
 
 }  // namespace
 
+// Problem, system => all time series with path, unit, description and components, without values, in the order of
+// sample(); also the number of rows that fit one block of a sink.
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
                    TimeSeries& series)
     : problem_(problem), series_(series), frame_(frame) {
@@ -206,6 +208,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   most_kept_ = std::max<std::size_t>(kBlockBytes / row, 1);
 }
 
+// Problem => number of columns and estimated number of samples of its time series, from the durations and the output
+// interval.
 ExpectedSeries expected_series(const CaptureProblem& problem) {
   TimeSeries names;
   const Recorder recorder(problem, make_capture_system(problem), {}, names);
@@ -290,6 +294,8 @@ void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
   put_all([&](std::size_t w) { return s.motor[system.wheels[w]]; });
 }
 
+// Sample => gimbal angles and rates, rotor rates, motor torques, momentum of the rotors in the base's axes (17.7) and
+// singularity measure of the array.
 void Recorder::put_gyros(const CaptureSystem& system, const PhaseSample& s) {
   std::vector<MomentGyro> gyros;
   std::vector<double> angles;
@@ -329,6 +335,8 @@ void Recorder::put_thrusters(const PhaseSample& s, std::span<const double> impul
   put(propellant);
 }
 
+// Gaps and samples of all grasps => distance, whether the grasp holds, force and moment on the robot; then the defects
+// of shared targets. Without samples the latter are zero.
 void Recorder::put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps) {
   const GraspSample none;
   const auto of = [&](std::size_t i) -> const GraspSample& { return grasps.empty() ? none : grasps[i]; };
@@ -346,6 +354,7 @@ void Recorder::put_grasps(const std::vector<GraspGap>& gaps, std::span<const Gra
   }
 }
 
+// Poses and twists in W => values of base, links, end-effectors and targets; twists of links only with output of links.
 void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
   const Model& model = system.model;
   std::size_t body = 0;
@@ -416,6 +425,8 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
   put(impulse.angular + cross(frame_.origin, impulse.linear) + cross(frame_.velocity, finished_late_ + late_));
 }
 
+// System at one instant, in the frame of the computation => one row of all series, in W, in the constructor's order;
+// passes the rows to the sink when a block is full. NaN for joint reactions without `through`.
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
                       const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
                       std::span<const Wrenchd> through, std::span<const double> impulses) {

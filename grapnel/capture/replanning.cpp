@@ -44,6 +44,9 @@ double next_replanning(const CaptureRun& run, double now) {
   return next < last && !GraspSchedule::is_now(next, last) ? next : kNever;
 }
 
+// Run at a replanning time => new references for the rest of the approach, planned for the targets that the last sensor
+// readings predict (20.4); if the plan fails, the previous references remain. Both cases are reported. No effect at
+// other times or with a held target.
 void replan_if_due(CaptureRun& run) {
   const double now = run.bodies.time;
   if (!run.problem.approach->replan || !run.bodies.held.empty()) return;

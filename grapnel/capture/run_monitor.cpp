@@ -8,6 +8,8 @@
 
 namespace grapnel {
 
+// Problem, free system, frame => monitors before the first phase; time series are recorded only with full detail, into
+// `sink` if it is not null.
 RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame,
                        CaptureDetail detail, SeriesSink* sink, const SensorRun* sensors, CaptureResult& result)
     : problem_(problem),
@@ -29,6 +31,7 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
 
 // --- Phases of motion ---
 
+// Phase => all monitors begun for its system and dynamics; load search only at the level of detail that needs it.
 void RunMonitor::begin_phase(Phase phase) {
   name_ = std::move(phase.name), system_ = &phase.system, begin_ = phase.begin;
   if (recorder_) recorder_->begin_phase(name_);
@@ -50,6 +53,8 @@ void RunMonitor::begin_phase(Phase phase) {
 // limits.
 bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.empty() || watches_.watching(); }
 
+// Sample => conservation, loop, clearance, limit, wheel and gyro checks at this instant; recorded in the time series if
+// `keep`. Motor efforts include the self-stress of closed loops.
 void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   PhaseSample sample = at_instant;
   forward_kinematics(system_->model, sample.state, kinematics_);
@@ -115,6 +120,7 @@ void RunMonitor::check_at_end(const PhaseStep& step) {
   if (stability_.monitors_rest()) stability_.step_to_rest(step.begin, reached);
 }
 
+// Outcome => cost of the phase and all monitors ended; after a failed integration write() ends the remaining ones.
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
   result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
   loops_.end_phase(outcome.loops);
@@ -149,6 +155,8 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   instant(system, state, forward_kinematics(system.model, state), time, {});
 }
 
+// System at one instant between phases => conservation, wheel and gyro checks and, with a recorder, one row of the time
+// series with zero motor efforts.
 void RunMonitor::instant(const CaptureSystem& system, const State& state, const Kinematics& kinematics, double time,
                          std::span<const GraspSample> grasps) {
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
@@ -235,6 +243,7 @@ void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome
 
 // --- The end ---
 
+// Monitors => ledger rows, reports and warnings in the result; adds advice if a conservation check failed.
 void RunMonitor::write() {
   impact_checks_.write(result_.ledger);
   conservation_.write(result_.ledger);

@@ -39,9 +39,12 @@ std::string clearance_not_checked(const CaptureProblem& problem) {
 
 }  // namespace
 
+// Problem => monitor of the required clearance [m]; it has no bodies before begin_phase().
 SafetyMonitor::SafetyMonitor(const CaptureProblem& problem)
     : problem_(problem), clearance_(problem.clearance.required) {}
 
+// System, whether drives limit efforts, opened grasps => clearance model and limits observed from now on; records which
+// kinds of limits exist.
 void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut,
                                 std::vector<bool> opened) {
   open_ = any_phase_ = true;
@@ -117,6 +120,8 @@ void SafetyMonitor::write(CaptureResult& result) {
   if (overlap != violations.end()) result.valid_until = overlap->time;
 }
 
+// Clearance and limits of all phases => minimum clearances, violations and unchecked pairs under the names of the
+// input, limit events in order of time.
 void SafetyMonitor::write_events(CaptureResult& result) {
   for (MinimumClearance least : clearance_.least()) {
     if (least.body_a.empty()) continue;
@@ -137,6 +142,8 @@ void SafetyMonitor::write_events(CaptureResult& result) {
   result.limit_events = limit_events_;
 }
 
+// Events => feasibility rows with bound 0: clearance [m], joint positions, rates and efforts (docs/theory, section 9).
+// `not_checked` gives the reason where a check was incomplete.
 void SafetyMonitor::write_rows(CaptureResult& result) const {
   double overlap = 0;
   for (const ClearanceEvent& event : result.clearance_events)
@@ -183,6 +190,7 @@ void raise_to(double& largest, double value) {
 
 }  // namespace
 
+// Phase name, system => report with the names of its closures; no report without closed loops.
 void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system) {
   problem_ = &problem;
   system_ = &system;
@@ -198,6 +206,8 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
   reports_.push_back(std::move(report));
 }
 
+// Sample => per grasp its wrench on the robot and, in a loop, its defect (8.4), computed with the roots moved to the
+// origin to reduce rounding errors; adds the self-stress of loops to `motor`, in place.
 std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Kinematics& kinematics,
                                              std::span<double> motor) {
   std::vector<GraspSample> result(problem_->grasps.size());
@@ -222,6 +232,8 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
   return result;
 }
 
+// Outcome => rows, rank, defects before projection and sum of corrections (8.11) in the report; for cut loops the
+// defects at samples.
 void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
   largest_.raise(phase_largest_);
@@ -238,6 +250,8 @@ void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   report.integration_error = outcome.integration_error;
 }
 
+// Reports => loop reports and five ledger rows: closure defects at samples, unprojected defect, and correction_total
+// with the integration error as bound (8.11). Rows do not apply without closed loops.
 void LoopMonitor::write(CaptureResult& result) const {
   result.loops = reports_;
   const std::string none = "no closed loop in this run: no target is held by several arms";

@@ -26,6 +26,8 @@ bool gives_base_torque_otherwise(const PhaseSetup& setup) {
   return setup.actuators.steering || (setup.actuators.thrusters && !setup.actuators.dumping);
 }
 
+// Problem => one item per limit of wheels, gyros, thrusters and base control axes, and one for the singularity of the
+// gyro array.
 SaturationMonitor::SaturationMonitor(const CaptureProblem& problem) : problem_(problem) {
   const auto item = [](Actuator actuator, const std::string& name, Quantity quantity, double limit) {
     Item made;
@@ -48,6 +50,8 @@ SaturationMonitor::SaturationMonitor(const CaptureProblem& problem) : problem_(p
   gyros_ = item(Actuator::gyros, "array", Quantity::singularity, 0);
 }
 
+// System, dynamics => flags of the actuators that are observed in this phase; limits of base control and of the array's
+// singularity; items begin unsaturated.
 void SaturationMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) {
   system_ = &system;
   const PhaseSetup& setup = dynamics.setup();
@@ -112,6 +116,8 @@ void SaturationMonitor::step_gyros(double begin, const PhaseSample& reached) {
     note(gyros_, begin, reached.time, array.singularity_measure() < gyros_.report.limit, true);
 }
 
+// Step => time of thrusters at full duty: open, and commanded for the whole period or with full force (18.2). Momentum
+// dumping has no command.
 void SaturationMonitor::step_thrusters(double begin, const PhaseSample& reached) {
   const BaseActuation& base = reached.dynamics->base();
   const ThrusterBank& bank = *base.thrusters();

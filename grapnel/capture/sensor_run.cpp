@@ -27,6 +27,8 @@ const Body& body_of(const CaptureSystem& system, int joint) {
 
 }  // namespace
 
+// Sensor setup => names, units and components of the measured time series, in the order of sensed_values(); empty
+// without sensors.
 std::vector<SensedSeries> sensed_series(const CaptureProblem& problem, const CaptureSystem& system) {
   std::vector<SensedSeries> series;
   if (!problem.sensors) return series;
@@ -64,6 +66,8 @@ std::vector<SensedSeries> sensed_series(const CaptureProblem& problem, const Cap
   return series;
 }
 
+// Problem => channels with sample times and noise stream numbers; a sensor's noise is independent of the other sensors.
+// Throws CaptureProblemError if a list has not one number per joint.
 SensorRun::SensorRun(const CaptureProblem& problem, IdentificationRun& identification)
     : problem_(problem),
       setup_(problem.sensors.value_or(SensorSetup{})),
@@ -155,6 +159,8 @@ bool SensorRun::takes_reading_at(const Channels& c, double time, double last_tim
   return std::abs(static_cast<double>(tick) * period_ - time) <= same && due(c, tick);
 }
 
+// True state at `time` [s] => the same state with the measured joint positions (20.1) and base attitude (20.3): the
+// last readings, or the readings of this instant if they are due.
 State SensorRun::known_posture(const CaptureSystem& system, const State& truth, double time) const {
   State known = truth;
   if (joints_) {
@@ -201,6 +207,8 @@ Quaterniond SensorRun::attitude_reading(const Rotationd& R_WB) const {
   return quaternion_from(R);
 }
 
+// Sample number, true state => joint positions (20.1) and rates (20.2) in `seen`: new readings if due, otherwise the
+// last ones; exact rates stay.
 void SensorRun::read_joints(long tick, double time, const State& truth, State& seen) {
   const JointSensors& sensor = *setup_.joints;
   const std::size_t n = system_->robot_joints.size();
@@ -241,6 +249,8 @@ void SensorRun::read_joint_rates(double time, const State& truth) {
   ++rates_->taken;
 }
 
+// Sample number, true state => angular velocity of the base in its axes [rad/s] in `seen`, by (20.1) or the last
+// reading; nothing for a fixed base.
 void SensorRun::read_gyro(long tick, const State& truth, State& seen) {
   if (!system_->model.has_free_root(system_->base)) return;
   const GyroSensor& sensor = *setup_.gyro;
@@ -259,6 +269,8 @@ void SensorRun::read_gyro(long tick, const State& truth, State& seen) {
   if (!gyro_->held.empty()) std::copy_n(gyro_->held.begin(), 3, seen.v.begin() + v);
 }
 
+// Sample number, true state => orientation of the base in W in `seen`, by (20.3) or the last reading; nothing for a
+// fixed base.
 void SensorRun::read_attitude(long tick, double time, const State& truth, State& seen) {
   if (!system_->model.has_free_root(system_->base)) return;
   const int q = system_->model.bodies()[system_->base].q + 3;
@@ -274,6 +286,7 @@ void SensorRun::read_attitude(long tick, double time, const State& truth, State&
   if (!attitude_->held.empty()) std::copy_n(attitude_->held.begin(), 4, seen.q.begin() + q);
 }
 
+// Sample number, true state => wheel rates relative to the base [rad/s] in `seen`, by (20.1) or the last readings.
 void SensorRun::read_wheels(long tick, const State& truth, State& seen) {
   const WheelSensors& sensor = *setup_.wheels;
   if (due(*wheels_, tick)) {
@@ -291,6 +304,8 @@ void SensorRun::read_wheels(long tick, const State& truth, State& seen) {
     seen.v[body_of(*system_, system_->wheels[w]).v] = wheels_->held[w];
 }
 
+// Sample number, sample => force and torque on the robot at each end-effector's origin, in its axes, by (20.1), where a
+// reading is due. The truth is the sum of its grasp wrenches.
 void SensorRun::read_wrists(long tick, const PhaseSample& sample) {
   const Model& model = system_->model;
   std::vector<Wrenchd> truth(setup_.wrists.size(), Wrenchd::zero());
@@ -371,6 +386,7 @@ void SensorRun::read_target(std::size_t i, double time, const State& truth) {
   pending_[i].push_back({time + sensor.delay, time, reading, motion});
 }
 
+// Time [s] => target readings whose delay has passed become available to laws and estimates, in their order.
 void SensorRun::let_arrive(double time) {
   const double now = time + 1e-9 * period_;
   for (std::size_t i = 0; i < pending_.size(); ++i) {
@@ -394,6 +410,7 @@ std::optional<SensorRun::Fix> SensorRun::fix(std::size_t target, double time) {
   return {};
 }
 
+// Channels => last readings in the order of sensed_series(); NaN before the first reading.
 std::vector<std::vector<double>> SensorRun::sensed_values() const {
   std::vector<std::vector<double>> values;
   const auto add = [&](const Channels& c, std::size_t width) {
@@ -409,6 +426,7 @@ std::vector<std::vector<double>> SensorRun::sensed_values() const {
   return values;
 }
 
+// Channels => per sensor with readings: count, mean, root mean square and largest magnitude of its errors.
 std::vector<SensorReport> SensorRun::reports() const {
   std::vector<SensorReport> all;
   const auto add = [&](const Channels& c) {

@@ -176,6 +176,8 @@ bool goes_on(const CaptureRun& run) {
 
 // --- Checks and report ---
 
+// Finished or failed run => complete result: grasp outcomes, ledger, reports, warnings. A completed run with a number
+// that is not finite becomes failed.
 void check_and_report(CaptureRun& run) {
   CaptureResult& result = run.result;
   run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);

@@ -46,6 +46,8 @@ constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
 
 // ---- Oscillation ----
 
+// Step and the value at its end => extends the current half-cycle, or begins one at a change of sign; updates its peak,
+// energy and saturated time, and the envelope. At kMostHalves, half-cycles are merged.
 void Oscillation::add(double t0, double t1, double value, bool saturated, double energy) {
   const int sign = value > 0 ? 1 : value < 0 ? -1 : sign_;
   if (halves_.empty() || sign != sign_) {
@@ -61,6 +63,7 @@ void Oscillation::add(double t0, double t1, double value, bool saturated, double
   bin(t1, std::abs(value));
 }
 
+// Half-cycles => every three in one: durations, counts and saturated times add up, peaks and energies are maxima.
 void Oscillation::merge_halves() {
   std::vector<Half> merged;
   for (std::size_t i = 0; i < halves_.size(); ++i) {
@@ -99,6 +102,8 @@ double Oscillation::in_bins(double from, double to) const {
   return most;
 }
 
+// Minimum number of half-cycles => peaks, energies, durations of the three equal parts of the half-cycles. Empty if
+// there are fewer, or if the oscillation has ended: the last half-cycle lasts more than three usual ones.
 std::vector<Oscillation::Third> Oscillation::thirds(std::size_t least) const {
   if (halves_.size() < least) return {};
   std::vector<Third> thirds(3);
@@ -140,6 +145,8 @@ bool Oscillation::diverges(int parts, double factor) const {
 
 // ---- The verdict ----
 
+// Oscillation, sensor noise, conditions => verdict with reason, period [s] and amplitudes. In this order: growth over
+// the thirds or saturation, fast growth of the last half-cycles, exponential growth, decay.
 StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy, bool forced) {
   StabilityReport report;
   const double floor = std::max(kSettledRate, kNoiseDeviations * noise);
@@ -189,8 +196,11 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
 
 // ---- Phases ----
 
+// Problem => monitor without signals; begin_phase() selects them.
 StabilityMonitor::StabilityMonitor(const CaptureProblem& problem) : problem_(problem) {}
 
+// Phase => signals to observe, with limits and sensor noise: base rates under attitude control, rates of joints that
+// control moves by efforts (not by a law that moves them together); also the criteria of rest after the impact.
 void StabilityMonitor::begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                                    bool moved_by_law, bool after_impact) {
   name_ = name, system_ = &system, dynamics_ = &dynamics, moved_by_law_ = moved_by_law;
@@ -259,6 +269,8 @@ bool StabilityMonitor::is_forced(double begin, double end) const {
   return false;
 }
 
+// Step => deviation of each rate from its reference added to its oscillation, or to the forced one if references move
+// or joints follow noise; saturated if the effort is at its limit.
 void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_is_saturated) {
   constexpr double kAtLimit = 1 - 1e-9;
   const PhaseSetup& setup = dynamics_->setup();
@@ -280,6 +292,8 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
   }
 }
 
+// State at the end of the step => angular velocity of the base [rad/s] and largest joint rate, whether both are within
+// their limits, and the time since which they are; NaN if they are not.
 void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
   const Model& model = system_->model;
   const Body& base = model.bodies()[static_cast<std::size_t>(system_->base)];
@@ -302,6 +316,8 @@ void StabilityMonitor::step_to_rest(double begin, const PhaseSample& reached) {
   rest.at_rest = within;
 }
 
+// Signals => one report per phase, of the signal with the worst verdict and, among equals, the largest ratio of
+// amplitudes. Forced oscillations decide only if they are unstable or the only ones.
 void StabilityMonitor::end_phase() {
   if (signals_.empty()) return;
   StabilityReport decides;

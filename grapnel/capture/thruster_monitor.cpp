@@ -29,6 +29,8 @@ std::vector<Vector3d> points_of(const Geometry& shape) {
 
 }  // namespace
 
+// System, dynamics => points that plumes may hit, on all visible bodies outside the base: check points of their shapes,
+// or the centre of mass of a body without shape. None without thrusters or plumes.
 void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) {
   system_ = &system;
   watched_.clear();
@@ -64,6 +66,7 @@ bool ThrusterMonitor::meets(std::size_t i, const Vector3d& p_base) const {
   return distance <= thruster.plume->range && along >= distance * std::cos(thruster.plume->half_angle);
 }
 
+// Step => duration of plume hits per thruster and body, from positions at mid-step; each body counts once per thruster.
 void ThrusterMonitor::step(const PhaseStep& step) {
   const PhaseSample sample = step.at(0.5 * (step.begin + step.end));
   const std::span<const double> thrusts = sample.dynamics->base().thrusts();
@@ -92,6 +95,8 @@ std::vector<double> ThrusterMonitor::impulses(double time) const {
   return impulses;
 }
 
+// Thruster bank => firings, on-time [s], impulse [N s], duty and propellant [kg] = impulse / (I_sp g_0) per thruster;
+// hazards and momentum dumping.
 void ThrusterMonitor::write(CaptureResult& result) const {
   if (problem_.robot.thrusters.empty()) return;
   ThrustersReport& report = result.thrusters.emplace();

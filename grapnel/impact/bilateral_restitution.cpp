@@ -16,6 +16,8 @@ namespace {
 // Relative tolerance of a row's velocity against E, relative to the fastest row; the metric D makes rows commensurable.
 constexpr double kMissed = 1e-8;
 
+// Grasps and coefficients => nothing; throws std::invalid_argument unless every row of every grasp has one coefficient
+// within 0 to 1.
 void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> restitution) {
   if (restitution.size() != grasps.size()) {
     throw std::invalid_argument(fmt::format("bilateral_restitution: coefficients of {} grasps for {} grasps",
@@ -43,6 +45,8 @@ std::string row_name(const Grasp& grasp, std::size_t index, int row) {
   return fmt::format("grasp {}, angular, direction {} normal to the hinge", index + 1, row + 1);
 }
 
+// Velocity errors per row, in the scale of D, and their bound => names of the rows above the bound, separated by
+// semicolons; empty if there is none.
 std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<const Grasp> grasps,
                         std::span<const HeldRate> held) {
   std::string names;
@@ -60,6 +64,8 @@ std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<c
 
 }  // namespace
 
+// State, grasps, coefficients, held rates => v+, impulses and checks for u+ = -E u- (11.10), solved by (7.5) to (7.7).
+// `inconsistent` names the redundant rows whose velocity differs from -E u- by more than the rounding error.
 BilateralRestitution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
                                            std::span<const std::vector<double>> restitution,
                                            std::span<const HeldRate> held) {

@@ -67,6 +67,8 @@ void check_grasp(const Model& model, const CompliantGrasp& g, std::size_t index)
   require(g.grasp.model != GraspModel::hinge || unit(g.grasp.hinge_W), who + ": the hinge must be a unit vector");
 }
 
+// Held velocities => nothing; throws std::invalid_argument for unknown or repeated ones and for a partly held free root
+// or spherical joint.
 void check_held(const Model& model, std::span<const int> held) {
   std::vector<int> marks(model.velocities());
   for (int v : held) {
@@ -82,6 +84,8 @@ void check_held(const Model& model, std::span<const int> held) {
   }
 }
 
+// Model, state, setup => nothing; throws std::invalid_argument for wrong sizes, numbers that are not finite and
+// settings out of range.
 void check(const Model& model, const State& state, const CompliantSetup& setup) {
   require(
       static_cast<int>(state.q.size()) == model.coordinates() && static_cast<int>(state.v.size()) == model.velocities(),
@@ -261,6 +265,9 @@ bool Run::is_over(double t, std::span<const InterfaceLoad> loads) const {
   return grasps_.empty() || t >= last_motion_ + rest_period_;
 }
 
+// Integrator at t = 0 => integrator at the end of the impact; sets status or message in the result. Each step: stop
+// times, step, peaks and rest, phase changes, breaks of the drive (docs/theory, section 12, End of the impact). Ends
+// without status at a failed step, a grasp turned by more than 3 rad, or the maximum number of steps.
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   using Status = CompliantOutcome::Status;
   begin_piece(integrator);
@@ -312,6 +319,8 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   }
 }
 
+// Time and integrated quantities at the end => final state, impulses, losses, held impulses and work in the result, and
+// the energy residual (12.12). The elastic energy of a relaxing contact counts as lost (12.11).
 void Run::check_balances(double t, std::span<const double> y) {
   system_.load(t, y);
   result_.duration = t;
@@ -347,6 +356,9 @@ void Run::check_balances(double t, std::span<const double> y) {
   if (missing > 0) result_.energy_residual = missing / std::max(before, after);
 }
 
+// Prepared run => complete outcome: energies before, scales, integration, balances (12.12), histories. Without relative
+// motion the outcome has one sample and no integration. Contacts with friction use the requested tolerance, others its
+// power 3/4 (docs/theory, section 12, Integration).
 CompliantOutcome Run::outcome() {
   result_.contacts.resize(contacts_.size());
   result_.grasps.resize(grasps_.size());
@@ -495,6 +507,8 @@ void CompliantRecorder::thin() {
   next_ = (next_ + 1) / 2;
 }
 
+// Accepted step => samples on the grid, contact times and updated peaks of force, moment and deformation. Peaks: values
+// at the stages; where the parabola through three neighbours exceeds the current peak, a refined search.
 void CompliantRecorder::step(StiffIntegrator& integrator) {
   const double from = integrator.step_begin(), to = integrator.time();
   for (std::size_t c = 0; c < touching_.size(); ++c) {
@@ -542,6 +556,8 @@ void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double 
   if (-value > peaks_[index].value) peaks_[index] = {-value, from + place * (to - from)};
 }
 
+// Recorded samples and peaks => times, states, accelerations and force histories of the outcome; the recorder's states
+// are moved out.
 void CompliantRecorder::finish(CompliantOutcome& outcome) {
   const int contacts = system_.contact_count();
   const auto history = [&](int i) -> ForceHistory& {

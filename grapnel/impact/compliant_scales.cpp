@@ -105,6 +105,9 @@ Eigen::MatrixXd relative_inertia(std::span<const CompliantGrasp> grasps, std::sp
   return A.transpose() * pseudo_inverse(A * Y.transpose() * Y * A.transpose(), 1e-11) * A;
 }
 
+// Interfaces with their rigid impulses => scales.of_y, the largest change of each integrated quantity in a rigid
+// impact. Velocities: |M^-1 J^T| P; displacements: velocities times the shortest spring time; energies: u P / 2
+// (docs/theory, section 12, Error control).
 void fill_sizes(const Model& model, const CompliantSystem& system, std::span<const Interface> interfaces,
                 CompliantScales& scales) {
   std::vector<double>& size = scales.of_y;
@@ -148,6 +151,9 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
 
 }  // namespace
 
+// State, contacts, grasps => speeds [m/s], spring times [s], relative inertia of the grasps and scales of all
+// integrated quantities. Each interface is estimated alone with W = J M^-1 J^T, held velocities removed; then speeds
+// caused by the other interfaces are included.
 CompliantScales compliant_scales(const Model& model, const State& state, const CompliantSystem& system,
                                  std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps) {
   CompliantScales scales;

@@ -24,6 +24,8 @@ StiffSystem StiffIntegrator::stiff_system() {
           }};
 }
 
+// System, sizes and tolerances of the integrated quantities, first step and end [s] => integrator at t = 0 with all
+// integrated quantities zero (docs/theory, section 12, Integration).
 StiffIntegrator::StiffIntegrator(CompliantSystem& system, std::span<const double> sizes,
                                  std::span<const double> tolerances, double first_step, double end)
     : system_(system),
@@ -50,6 +52,8 @@ bool StiffIntegrator::crosses(std::size_t index, double before, double now) cons
   return directions_[index] < 0 ? before > 0 && now <= 0 : before < 0 && now >= 0;
 }
 
+// State at the end of the last step => stepped, end, event or failed. Event functions are checked at all stages; the
+// step is repeated such that it ends at the first zero crossing (docs/theory, section 12, Integration).
 StiffIntegrator::Result StiffIntegrator::step() {
   if (!radau_.step(stop_)) return Result::failed;
   std::fill(crossed_.begin(), crossed_.end(), 0);

@@ -39,6 +39,7 @@ int free_root_at(const Model& model, int velocity) {
 
 using MakePacks = CompliantPacks* (*)(const CompliantTables&, const TreeLink<double>*, int);
 
+// Instruction set => function that makes the batches of evaluations; one lane for unknown sets and other processors.
 MakePacks packs_of([[maybe_unused]] lanes::InstructionSet set) {
 #ifdef GRAPNEL_LANES_X86
   switch (set) {
@@ -57,6 +58,9 @@ MakePacks packs_of([[maybe_unused]] lanes::InstructionSet set) {
 
 }  // namespace
 
+// Model, start, contacts, grasps, held velocities, drive => tables of bodies, trees, interfaces and springs, and the
+// layout of the integrated quantities: coordinates, rates, impulses, losses, held impulses, work (docs/theory, section
+// 12). With an instruction set, and without modal chains, points are also evaluated in batches.
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                  std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive,
                                  std::optional<lanes::InstructionSet> set)
@@ -145,6 +149,8 @@ InterfaceSide CompliantSystem::side(int body) const {
           tree == trees_.end() ? -1 : static_cast<int>(tree - trees_.begin())};
 }
 
+// Contacts and grasps => interface tables (sides, points relative to origin_W, laws (12.4) to (12.10)), one pair of
+// wrenches each, and the roots that take part, including those of held velocities.
 void CompliantSystem::describe_interfaces(std::span<const CompliantContact> contacts,
                                           std::span<const CompliantGrasp> grasps, const Vector3d& origin_W) {
   const auto add = [&](int robot, int target, const Vector3d& point) -> InterfaceTable& {
@@ -322,6 +328,8 @@ void CompliantSystem::event_values(double t, std::span<const double> y, std::spa
   event_values(loads(), g);
 }
 
+// Loads => two event functions per contact, by its phase: deformation, signed force or the factor 1 + a times the
+// deformation rate of (12.6). Unused functions are 1. A sign change ends the phase (docs/theory, section 12, Contacts).
 void CompliantSystem::event_values(std::span<const InterfaceLoad> loads, std::span<double> g) const {
   for (std::size_t i = 0; i < phase.size(); ++i) {
     const InterfaceLoad& load = loads[i];
@@ -353,6 +361,8 @@ void CompliantSystem::event_directions(std::span<int> directions) const {
   }
 }
 
+// Contact, index of its event function that crossed zero, load => next phase: apart -> pressing; relaxing -> apart or
+// pressing; pressing -> relaxing if the surface is still indented, else apart.
 ContactPhase CompliantSystem::phase_after(int contact, int which, const InterfaceLoad& load) const {
   switch (phase[contact]) {
     case ContactPhase::apart:

@@ -23,6 +23,8 @@ constexpr double kUnique = 1e-6;          // spread below which the impulses cou
 constexpr double kCreated = 1e-9;         // fraction of the exchanged work that counts as created energy
 constexpr double kNothingYields = 1e-12;  // relative to the mobility of a contact without grasps and held rates
 
+// Contacts => nothing; throws std::invalid_argument for restitution outside 0 to 1, negative friction, stiffness that
+// is not positive, or a normal that is not a unit vector.
 void check(std::span<const ContactPoint> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactPoint& c = contacts[i];
@@ -40,6 +42,7 @@ void check(std::span<const ContactPoint> contacts) {
   }
 }
 
+// Conversions between the 3-vectors of the kernels and of Eigen.
 Eigen::Vector3d eigen(const Vector3d& a) { return {a[0], a[1], a[2]}; }
 Vector3d vector(const Eigen::Vector3d& a) { return {a[0], a[1], a[2]}; }
 
@@ -50,6 +53,8 @@ struct ContactRows {
   Eigen::MatrixXd J;  // 3 n x velocities
 };
 
+// Kinematics and contacts => axes (rows: normal, two tangents, in W) and J, 3 rows per contact: velocity of the robot's
+// point minus the target's along these axes (11.1).
 ContactRows contact_rows(const Model& model, const Kinematics& kinematics, std::span<const ContactPoint> contacts) {
   ContactRows rows{{}, Eigen::MatrixXd(3 * static_cast<Eigen::Index>(contacts.size()), model.velocities())};
   Eigen::MatrixXd J_robot(6, model.velocities()), J_target(6, model.velocities());
@@ -74,6 +79,8 @@ struct Felt {
   Eigen::VectorXd u;         // of the contacts
 };
 
+// M, its factor, J of contacts, bilateral rows, v- => W = J Pi M^-1 J^T, v0 and u0 = J v0 of (11.1), (11.2). Pi is
+// applied column by column with solve_bilateral(). Rows of contacts without mobility are set to zero.
 Felt felt(const Eigen::MatrixXd& M, const Cholesky& mass, const Eigen::MatrixXd& J, const BilateralRows& rows,
           const Eigen::VectorXd& v) {
   Felt f;
@@ -153,6 +160,8 @@ void vary_order(std::span<const ContactPath> paths, ContactImpactSolution& solut
   for (const ContactPointImpulse& c : solution.contacts) solution.unique = solution.unique && c.spread < kUnique;
 }
 
+// Path, velocities before and after => per contact in W: impulse, work, modes, relative velocities; also the cone
+// residual relative to the largest normal impulse, and whether the contacts created energy (11.9).
 void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<const ContactPoint> contacts,
                    const Eigen::VectorXd& before, const Eigen::VectorXd& after, ContactImpactSolution& solution) {
   double largest = 1e-300, turned_over = 0, gained = 0;
@@ -199,6 +208,9 @@ Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const G
 
 }  // namespace
 
+// State, contacts, hypothesis, closed grasps, held rates => v+, impulses, checks and dependence on the order of the
+// contacts. Follows (11.3) to (11.8) with W of (11.2); grasps and held rates then receive their impulses by (7.7).
+// `message` states why there is no solution; throws std::invalid_argument for invalid contacts.
 ContactImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
                                      RestitutionHypothesis hypothesis, std::span<const Grasp> closed,
                                      std::span<const HeldRate> held) {

@@ -126,6 +126,8 @@ double Follower::spring_step() const {
   return 0.5 / std::sqrt(squares);
 }
 
+// Current point => maximum explicit step (inner time): spring_step(), shortened such that a sliding contact loses at
+// most 90 % of its speed.
 double Follower::longest_step() const {
   double h = spring_step();
   for (int i = 0; i < count_; ++i) {
@@ -152,6 +154,8 @@ Event Follower::event_in_step(const Event& but) const {
   return {};
 }
 
+// Tried explicit step of size h => whether a sliding contact lost more than 96 % of its speed or reversed in it; the
+// step is then repeated shorter.
 bool Follower::slows_too_fast(double h) const {
   if (stiff_ || h < 1e-12) return false;
   for (int i = 0; i < count_; ++i) {
@@ -187,6 +191,9 @@ void Follower::decide_friction(int pushed_over) {
   motion_.prepare();
 }
 
+// Contacts at rest => stick, or slide with a direction, by Coulomb's law for all of them together (11.5). With a
+// singular W_tt the sticking forces are those with the minimum use of the cones; `pushed_over` (or -1) slides if it
+// needs its whole cone.
 void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   if (rest.empty()) return;
   for (int i : rest) {
@@ -253,6 +260,8 @@ void Follower::note(int i, ContactMode mode) {
   if (modes.empty() || modes.back() != mode) modes.push_back(mode);
 }
 
+// Current point => appends changed modes of touching contacts: sticking, sliding, or reversed relative to the first
+// slip direction.
 void Follower::note_modes() {
   for (int i = 0; i < count_; ++i) {
     const PathSpring& c = motion_.contact(i);
@@ -302,6 +311,9 @@ void Follower::go_on() {
   while (!done_ && stiff_) judge(motion_.try_stiff_step(size_));
 }
 
+// Accepted point => next try, or the end of the path: no contact touches, rebounds are negligible, or bodies are wedged
+// at rest (docs/theory, section 11, Wedging, Cascades). Fails for infinite impulses, violation of Coulomb's law, wedged
+// forces that grow, or too many steps.
 void Follower::begin_step() {
   done_ = true;
   if (!motion_.now().y.allFinite()) {
@@ -460,6 +472,9 @@ ContactPath Follower::finish() {
 
 }  // namespace
 
+// Problems with equal numbers of contacts => one path each, by (11.3) to (11.8). Explicit steps of several paths are
+// tried together, one path per SIMD lane; a lane whose path has ended takes the next one. Throws std::invalid_argument
+// for different numbers of contacts.
 std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> problems,
                                          std::optional<lanes::InstructionSet> set, OtherPaths others) {
   if (problems.empty()) return {};

@@ -36,6 +36,8 @@ constexpr double kSmallCone = 1e-4;  // minimum scale of cones, relative to the 
 
 }  // namespace
 
+// Problem => dimensionless W, u and stiffnesses, divided by the largest W_nn, approach speed and stiffness; initial
+// point with zero impulses. For Newton's hypothesis it also sets the rebound velocities -e u_n (11.6).
 PathMotion::PathMotion(const ContactPathProblem& problem)
     : problem_(problem),
       count_(static_cast<int>(problem.contacts.size())),
@@ -87,6 +89,8 @@ bool PathMotion::rebounds_negligible(double small) const {
   return true;
 }
 
+// Speed bound => none, at_rest (touching contacts do not move and friction balances the normal forces), or ever_harder
+// (friction also balances their growth under Newton's hypothesis) (docs/theory, section 11, Wedging).
 PathMotion::Wedge PathMotion::wedged(double small) {
   std::vector<int> rubbing;
   Eigen::VectorXd force = Eigen::VectorXd::Zero(count_), growth = force;
@@ -201,6 +205,8 @@ void PathMotion::write_undo() {
   }
 }
 
+// Contact indices => W_tt of these contacts, its pseudo-inverse and whether it is singular; computed once per set of
+// contacts.
 const RestMobility& PathMotion::mobility_of(const std::vector<int>& contacts) {
   const auto known = std::find_if(mobilities_.begin(), mobilities_.end(),
                                   [&](const RestMobility& m) { return m.contacts == contacts; });
@@ -227,6 +233,8 @@ void PathMotion::prepare() {
   springs_changed_ = point_changed_ = true;
 }
 
+// Contacts at rest => A = W_tt, b and cone radii mu f of (11.5); b is the tangential acceleration due to normal forces
+// and to friction of the sliding contacts. While all normal forces are zero, their rates take their place.
 RestProblem PathMotion::at_rest(const std::vector<int>& rest) {
   // At the very beginning forces are zero and only their growth is known, which has the same directions.
   Eigen::VectorXd normal = Eigen::VectorXd::Zero(count_);
@@ -264,6 +272,8 @@ bool PathMotion::watches(int i, Watch watch) const {
   }
 }
 
+// Point, contact, event => signed distance to the event, positive before it: of u_n from zero or the release velocity,
+// of the remaining force, or of the friction force from its cone relative to the radius.
 double PathMotion::gap(const PathPoint& at, int i, Watch watch) const {
   const PathSpring& c = contact(i);
   if (watch == Watch::velocity) {
@@ -411,6 +421,8 @@ void PathMotion::fill(ContactPath& path) const {
 
 PathSteps::~PathSteps() = default;
 
+// Instruction set, numbers of contacts and paths => stepper that tries one path per lane; without a set in doubles.
+// AVX-512 is used only if the paths exceed the lanes of AVX2.
 std::unique_ptr<PathSteps> make_path_steps(std::optional<lanes::InstructionSet> set, int contacts,
                                            [[maybe_unused]] int paths) {
   if (!set) return std::unique_ptr<PathSteps>(new_path_steps<double>(contacts));

@@ -84,6 +84,9 @@ double PathMotion::unexplained(const PathState& increment) const {
   return std::abs(impulse.dot(now_.u + 0.5 * (W_ * impulse)) - increment.tail(2 * count_).sum()) / problem_.tolerance;
 }
 
+// Step h => error relative to the tolerance, at most 1 if accepted; the end point is in end_. Moreau's substeps
+// (docs/theory, section 11, Numerical solution), extrapolated over 1, 2, ... substeps. Returns kKink if the columns
+// stop converging.
 double PathMotion::try_stiff_step(double h) {
   prepare_stiff();
   end_rates_known_ = false;

@@ -398,6 +398,9 @@ int sticking(const FrictionForces& forces, double push) {
 
 }  // namespace
 
+// A, b, cone radii, start, choice => forces and slip rates of (11.5): minimum of l^T A l / 2 + l^T b with |l_i| <=
+// radius_i. Projected sweeps from point to point; without convergence, or for the middle of several solutions, the
+// interior-point method (11.11). `missed` is the residual of Coulomb's law.
 FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius,
                                 const Eigen::VectorXd& start, FrictionChoice choice) {
   const Eigen::Index m = radius.size();
@@ -430,6 +433,8 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
   return result;
 }
 
+// A, b, radii => forces with which all points stick, and the smallest common factor of the radii that permits them, by
+// 24 bisections; factor 2 if not all points can stick.
 StickShare least_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius) {
   // A factor is sufficient if its permitted forces leave no rate.
   const double none = kNoRate * b.norm();

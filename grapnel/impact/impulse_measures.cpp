@@ -100,6 +100,9 @@ Grasp as_rigid(Grasp grasp) {
   return grasp;
 }
 
+// Grasp, response M^-1, velocities => inverse inertias at C in W (13.1), (13.2), impulse ellipsoids and index (13.4),
+// effective masses along the relative velocity (13.3). The grasp counts as rigid; index and masses keep their defaults
+// if the relative velocity is zero.
 EndEffectorMeasures measure_end_effector(const Model& model, const Kinematics& kinematics, const Grasp& grasp,
                                          const Response& response, const Eigen::VectorXd& velocity) {
   Eigen::MatrixXd J_E(6, model.velocities());
@@ -224,6 +227,8 @@ double effective_mass(const Matrix6d& inverse_inertia, const Vector3d& n_W) {
   return yields > kRigid * L.cwiseAbs().maxCoeff() ? 1 / yields : kInfinity;
 }
 
+// Impulse about the point p_WC => angular impulse about p_W, its couple along the linear impulse and the distance of
+// p_W from the central axis (13.7); infinite for a pure couple.
 ImpulseLine impulse_line(const Impulsed& P_WC, const Vector3d& p_WC, const Vector3d& p_W) {
   ImpulseLine line;
   line.angular_impulse = shift(P_WC, p_W - p_WC).angular;
@@ -239,6 +244,9 @@ ImpulseLine impulse_line(const Impulsed& P_WC, const Vector3d& p_WC, const Vecto
   return line;
 }
 
+// State, grasps, impulses (or none), held rates => measures of each end-effector (13.1) to (13.4), of all grasps
+// (13.5), (13.6), of the base (13.8), (13.9), and lines of impulse (13.7). Throws std::invalid_argument unless there is
+// one impulse per grasp or none.
 ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,
                                  std::span<const Impulsed> impulses, std::span<const HeldRate> held) {
   if (!impulses.empty() && impulses.size() != grasps.size())
@@ -265,6 +273,9 @@ ImpulseMeasures impulse_measures(const Model& model, const State& state, int roo
   return m;
 }
 
+// State, grasps, held rates => mean of the singular values (13.5) and energy P^T D P / 2 of the impulse (13.6), the
+// quantities that a plan minimizes. By the QR decomposition of Y where its rank is certainly full, otherwise by the
+// singular values.
 PlannedImpulse planned_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
                                std::span<const HeldRate> held) {
   const Kinematics kinematics = forward_kinematics(model, state);

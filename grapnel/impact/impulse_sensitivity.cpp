@@ -24,6 +24,7 @@ constexpr double kArmTolerance = 1e-9;
 
 const char* const kAxisNames[] = {" x", " y", " z"};
 
+// Vector, index => its components first to first + 2.
 Vector3d as_vector3(const Eigen::VectorXd& x, Eigen::Index first) { return {x[first], x[first + 1], x[first + 2]}; }
 
 // One parameter: its name, and its direction of change of the problem.
@@ -241,6 +242,8 @@ class GraspingArms {
   Eigen::JacobiSVD<Eigen::MatrixXd> svd_;
 };
 
+// Target and grasp => parameters mass [kg] and principal inertias [kg m^2] about the centre of mass, in the target's
+// axes, with unit directions of change.
 void add_target(const Model& model, int target, int grasp, std::vector<Parameter>& parameters) {
   const auto add = [&](const char* name, const char* unit, double mass, const Symmetric3d& inertia) {
     Parameter p{name, unit, grasp, ImpactVariation(model)};
@@ -255,6 +258,8 @@ void add_target(const Model& model, int target, int grasp, std::vector<Parameter
   add("target inertia zz", "kg m^2", 0, Symmetric3d::diagonal(0, 0, 1));
 }
 
+// State and grasps => all parameters with their directions of change, in the order of impulse_sensitivities(). Approach
+// angles that the arm cannot follow are omitted (13.15), (13.16); each target contributes once.
 std::vector<Parameter> list_parameters(const Model& model, const State& state, int root,
                                        std::span<const Grasp> grasps) {
   const Kinematics kinematics = forward_kinematics(model, state);
@@ -297,6 +302,9 @@ std::vector<Impulsed> impulses_of(const SolvedImpact& solved, const SolvedImpact
 
 }  // namespace
 
+// State, grasps, held rates => derivatives of impulses and base twist, in W, with respect to each parameter, (13.10) to
+// (13.14), (13.17). NaN and a reason where they are undefined; throws std::invalid_argument if a target is not a free
+// body.
 std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const State& state, int root,
                                                       std::span<const Grasp> grasps, std::span<const HeldRate> held) {
   for (const Grasp& g : grasps) {
@@ -472,6 +480,8 @@ void vary_held(std::span<const HeldRate> held, Eigen::Index first_row, VariedImp
 
 }  // namespace
 
+// State, grasps, held rates, direction of change => M, J, D and constrained directions with their derivatives along it,
+// by dual numbers through the kernels (docs/theory, section 13.5).
 VariedImpact vary_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                          std::span<const HeldRate> held, const ImpactVariation& variation) {
   DualSystem system = make_system(model, state, variation.configuration);
@@ -510,6 +520,8 @@ VariedImpact vary_impact(const Model& model, const State& state, std::span<const
   return impact;
 }
 
+// Grasps, change of configuration => Jacobians of the grasping bodies at the contact points, fixed in W, 6 rows per
+// grasp, with their derivatives along the change (13.15), (13.16).
 DualMatrix vary_end_effectors(const Model& model, const State& state, std::span<const Grasp> grasps,
                               const std::vector<double>& configuration) {
   const DualSystem system = make_system(model, state, configuration);

@@ -32,6 +32,8 @@ Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J) {
   return part;
 }
 
+// M, velocities before and after, J^T P and its work => kinetic energies [J], residuals of momentum (9.5) and of the
+// energy identity (9.6). Residuals are relative to the larger kinetic energy of the trees that take part.
 ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
                            const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
                            double work) {
@@ -102,6 +104,8 @@ std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const
 
 }  // namespace
 
+// Grasps and held rates => J, metric D (7.8), required rates and rotor inertias; rows of grasps, then modes, then held
+// velocities. Throws std::invalid_argument if modes do not come first or a velocity is held twice.
 BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
                              std::span<const Grasp> grasps, std::span<const HeldRate> held) {
   const Eigen::MatrixXd J_grasps = grasp_jacobian(model, kinematics, grasps);
@@ -142,6 +146,8 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   return rows;
 }
 
+// M, rows, v-, required J v+ => v+, P, rank and self-stresses, held velocities eliminated by (7.21), (7.22), the rest
+// by (7.5) to (7.7). P has minimum norm in D. Throws std::invalid_argument if every velocity is held and grasps exist.
 ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
                                   const Eigen::VectorXd& v, const Eigen::VectorXd& u_after) {
   const std::vector<int>& held = rows.held;
@@ -186,6 +192,8 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& fact
   return whole;
 }
 
+// Rows and required J v+ => v+, impulses per grasp (on the robot at C, in W) and per held rate, checks. If held rates
+// contradict the grasps, it solves again with the nearest consistent rates (7.20).
 ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
                           const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
                           std::span<const HeldRate> held) {
@@ -208,6 +216,8 @@ ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, c
   return result;
 }
 
+// States before and after, external impulses => per body the impulse through its joint, in W about the body's origin
+// (7.10): momentum changes less external impulses, summed from the tips to the root.
 std::vector<Impulsed> joint_impulses(const Model& model, const State& before, const State& after,
                                      std::span<const ExternalImpulse> external) {
   const Kinematics k_before = forward_kinematics(model, before), k_after = forward_kinematics(model, after);

@@ -39,6 +39,8 @@ Eigen::MatrixXd grasp_map(const Vector3d& r) {
   return J_t;
 }
 
+// Grasps => per target its grasps, stacked J_t about the centre of mass, 6 x 6 inertia there and twist of the centre of
+// mass, in W, T(2.15).
 std::vector<TargetTerms> target_terms(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps) {
   std::vector<TargetTerms> all;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -71,6 +73,8 @@ Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) 
 
 }  // namespace
 
+// State before, rigid grasps => joint rates, impulses and velocities by the formulas of the thesis (7.11), (7.12), and
+// their momentum error (7.14). `undefined` states why the formulas do not apply. For comparison only.
 PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps) {
   PublishedImpact result;
   result.undefined = reason_undefined(model, root, grasps);

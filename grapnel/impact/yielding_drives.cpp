@@ -27,6 +27,8 @@ double drive_inertia(const Model& model, int velocity) {
   return 1;  // for a root or a spherical joint
 }
 
+// Rows, required velocities, self-stresses => nearest rates in the metric J_r that agree with the grasps (7.20); empty
+// if the required ones agree up to rounding error. Self-stresses of the grasps alone are excluded.
 std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
                                                        const Eigen::MatrixXd& null_space) {
   const Eigen::Index held = rows.held_inertia.size();
@@ -55,6 +57,8 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
   return after.tail(held) - x.cwiseQuotient(root);
 }
 
+// Held rates and v+ => per held rate whether it deviates from the prescribed value by more than 1e-9 of the largest
+// rate, in the metric J_r; false for modes.
 std::vector<bool> which_was_overpowered(const Model& model, std::span<const HeldRate> held,
                                         std::span<const double> velocity) {
   std::vector<double> told, missed;
