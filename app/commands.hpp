@@ -93,11 +93,12 @@ struct FigureOptions {
 int figure(const FigureOptions& options);
 
 int check(const std::filesystem::path& scenario, const std::vector<std::string>& overrides);
-/// A published JSON document. grapnel/describe/contract.hpp derives its schema, the tables of its page in docs/formats,
-/// and the viewer's types from its description.
+/// A published JSON document. grapnel/describe/contract.hpp derives its schema, the tables of its pages in
+/// docs/formats, and the viewer's types from its description.
 struct ResultContract {
   std::string_view kind;   ///< name of the kind for `grapnel schema`, e.g. "campaign-report"
-  std::string_view page;   ///< page name, e.g. "campaign": docs/formats/campaign.md and web/src/campaign_types.ts
+  std::string_view page;   ///< page name, e.g. "campaign": docs/formats/campaign.md, the pages in
+                           ///< docs/formats/campaign, and web/src/campaign_types.ts
   std::string_view title;  ///< of the schema
   const Type& (*document)();
 };

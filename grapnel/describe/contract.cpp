@@ -234,6 +234,12 @@ std::string meaning_of(const Field& field) {
   return text;
 }
 
+std::vector<const Type*> structures_of(const Type& document) {
+  std::vector<const Type*> parts = parts_of(document);
+  std::erase_if(parts, [](const Type* part) { return part->kind != Kind::structure; });
+  return parts;
+}
+
 constexpr std::string_view kBegin = "<!-- table ", kAfterName = " -->", kEnd = "<!-- end of table -->";
 
 }  // namespace
@@ -275,10 +281,7 @@ std::string markdown_table(const Type& structure) {
 }
 
 std::string page_with_tables(std::string_view page, const Type& document) {
-  std::vector<const Type*> missing;
-  for (const Type* part : parts_of(document)) {
-    if (part->kind == Kind::structure) missing.push_back(part);
-  }
+  std::vector<const Type*> unused = structures_of(document);
   std::string remade;
   for (std::size_t begin; (begin = page.find(kBegin)) != std::string_view::npos;) {
     const std::size_t name_at = begin + kBegin.size(), name_end = page.find(kAfterName, name_at);
@@ -286,16 +289,28 @@ std::string page_with_tables(std::string_view page, const Type& document) {
     if (name_end == std::string_view::npos || end == std::string_view::npos || end < name_end)
       throw std::runtime_error("a table of the page does not end");
     const std::string_view name = page.substr(name_at, name_end - name_at);
-    const auto part = std::find_if(missing.begin(), missing.end(), [&](const Type* t) { return t->name == name; });
-    if (part == missing.end()) throw std::runtime_error("no structure for the table " + std::string(name));
+    const auto part = std::find_if(unused.begin(), unused.end(), [&](const Type* t) { return t->name == name; });
+    if (part == unused.end()) throw std::runtime_error("no structure for the table " + std::string(name));
     remade += page.substr(0, name_end + kAfterName.size());
     remade += "\n" + markdown_table(**part);
-    missing.erase(part);
+    unused.erase(part);
     remade += kEnd;
     page.remove_prefix(end + kEnd.size());
   }
-  if (!missing.empty()) throw std::runtime_error("the page has no table " + std::string(missing[0]->name));
   return remade + std::string(page);
+}
+
+std::vector<std::string> misplaced_tables(std::span<const std::string> pages, const Type& document) {
+  std::vector<std::string> misplaced;
+  for (const Type* part : structures_of(document)) {
+    const std::string place = std::string(kBegin) + std::string(part->name) + std::string(kAfterName);
+    std::size_t count = 0;
+    for (const std::string& page : pages) {
+      for (std::size_t at = 0; (at = page.find(place, at)) != std::string::npos; at += place.size()) ++count;
+    }
+    if (count != 1) misplaced.emplace_back(part->name);
+  }
+  return misplaced;
 }
 
 }  // namespace grapnel

@@ -2,8 +2,9 @@
 
 /// @file
 /// Contracts of a JSON document written by json_of(), generated from the same description: its JSON Schema, its
-/// TypeScript types, and the tables of its page in docs/formats.
+/// TypeScript types, and the tables of its pages in docs/formats.
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,8 +26,12 @@ std::string typescript_types(const Type& document, std::string_view origin);
 /// The table of a structure's fields in Markdown, below a line with its name and description.
 std::string markdown_table(const Type& structure);
 
-/// A page with its tables replaced between the lines `<!-- table NAME -->` and `<!-- end of table -->`. @throws
-/// std::runtime_error if a structure of the document has no such place, or a place has no structure.
+/// A page with its tables replaced between the lines `<!-- table NAME -->` and `<!-- end of table -->`. A page may have
+/// the tables of some structures. @throws std::runtime_error if a place has no structure of the document, a structure
+/// has several places, or a table does not end.
 std::string page_with_tables(std::string_view page, const Type& document);
+
+/// The structures of a document whose tables do not have exactly one place in its pages, by name.
+std::vector<std::string> misplaced_tables(std::span<const std::string> pages, const Type& document);
 
 }  // namespace grapnel

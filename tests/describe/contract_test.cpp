@@ -191,8 +191,20 @@ TEST(Tables, AreRemadeInTheirPlaces) {
                         "<!-- end of table -->\nProse.\n\n<!-- table Row -->\n" + markdown_table(type_of<Row>()) +
                         "<!-- end of table -->\n");
   EXPECT_EQ(page_with_tables(remade, type_of<Book>()), remade);
-  EXPECT_THROW(page_with_tables("no place", type_of<Book>()), std::runtime_error);
+  EXPECT_EQ(page_with_tables("no place", type_of<Book>()), "no place");
   EXPECT_THROW(page_with_tables(page + page, type_of<Book>()), std::runtime_error);
+  EXPECT_THROW(page_with_tables("<!-- table Rows -->\n<!-- end of table -->\n", type_of<Book>()), std::runtime_error);
+}
+
+TEST(Tables, HaveOnePlaceEachInAllPages) {
+  const std::string book = "<!-- table Book -->\n<!-- end of table -->\n",
+                    row = "<!-- table Row -->\n<!-- end of table -->\n";
+  const auto misplaced = [](const std::vector<std::string>& pages) { return misplaced_tables(pages, type_of<Book>()); };
+  EXPECT_THAT(misplaced({book, "no place", row}), IsEmpty());
+  EXPECT_THAT(misplaced({book + row}), IsEmpty());
+  EXPECT_THAT(misplaced({book, "no place"}), testing::ElementsAre("Row"));
+  EXPECT_THAT(misplaced({book, book + row}), testing::ElementsAre("Book"));
+  EXPECT_THAT(misplaced({}), testing::ElementsAre("Book", "Row"));
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ test("the page of pictures shows every scenario", async () => {
 });
 
 test("pages are readable on a phone and in dark mode", async () => {
-  for (const name of ["index.html", "formats/scenario.html", "theory/README.html"]) {
+  for (const name of ["index.html", "formats/scenario.html", "formats/scenario/impact.html", "theory/README.html"]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);

@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "result/sample_result.hpp"
+#include "support/format_pages.hpp"
 #include "support/schema_check.hpp"
 
 namespace grapnel::test {
@@ -62,16 +65,20 @@ TEST(SummaryContract, TheSchemaSeesFaults) {
   EXPECT_THAT(schema().faults_of(parsed(result)), Not(IsEmpty()));
 }
 
-const fs::path kRoot = GRAPNEL_SOURCE_DIR;
-
-TEST(ResultContracts, APageThatLacksATableIsRefused) {
-  const std::string page = bytes_of(kRoot / "docs/formats/summary.md");
-  const auto remade = [](const std::string& text) { return page_with_tables(text, type_of<Summary>()); };
-  std::string other = page;
-  other.replace(other.find("<!-- table LoopGap -->"), 22, "<!-- table LoopGaps -->");
-  EXPECT_THROW(remade(other), std::runtime_error);
-  EXPECT_THROW(remade(page.substr(page.find("<!-- table Approach -->"))), std::runtime_error);
-  EXPECT_THROW(remade("<!-- table Summary -->"), std::runtime_error);
+TEST(ResultContracts, MisplacedTablesAreReported) {
+  std::vector<std::string> pages;
+  for (const fs::path& path : format_pages("summary")) pages.push_back(bytes_of(path));
+  const auto misplaced = [&] { return misplaced_tables(pages, type_of<Summary>()); };
+  EXPECT_THAT(misplaced(), IsEmpty());
+  const std::string place = "<!-- table LoopGap -->";
+  for (std::string& page : pages) {
+    const std::size_t at = page.find(place);
+    if (at == std::string::npos) continue;
+    page.replace(at, place.size(), "<!-- table LoopGaps -->");
+    EXPECT_THROW(page_with_tables(page, type_of<Summary>()), std::runtime_error);
+  }
+  EXPECT_THAT(misplaced(), testing::ElementsAre("LoopGap"));
+  EXPECT_THROW(page_with_tables("<!-- table Summary -->", type_of<Summary>()), std::runtime_error);
 }
 
 }  // namespace result_contract_test

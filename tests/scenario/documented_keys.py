@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Whether the tables of docs/formats/scenario.md and robot.md say what `grapnel schema` says: every key is there, no other is,
-and what stands beside it of choices, ranges, units and defaults is true. documented_keys.py PROGRAM; standard library only.
+"""Whether the tables of scenario.md and robot.md in docs/formats, and of the pages in their folders, say what `grapnel schema`
+says: every key is there, no other is, and choices, ranges, units and defaults are correct.
+documented_keys.py PROGRAM; standard library only.
 """
 import json
 import pathlib
@@ -114,9 +115,11 @@ def check(program, name):
     schema = json.loads(subprocess.run([program, "schema"] + ([] if name == "scenario" else [name]), capture_output=True,
                                        check=True, text=True).stdout)
     found = described(schema, schema, "", {})
-    page = ROOT / "docs" / "formats" / f"{name}.md"
+    formats = ROOT / "docs" / "formats"
+    pages = [formats / f"{name}.md", *sorted((formats / name).glob("*.md"))]
     told, faults = set(), []
-    for line, section, header, cells in rows(page.read_text(encoding="utf-8")):
+    for page, (line, section, header, cells) in ((p, row) for p in pages for row in rows(p.read_text(encoding="utf-8"))):
+        place_of_row = f"{page.relative_to(formats)}:{line}"
         if header[0] != "Key" or "position and orientation" in cells[0] + cells[1]:
             continue
         prefixes = [prefix for prefix in re.findall(r"`([^`]+)`", section)] or [""]
@@ -128,16 +131,16 @@ def check(program, name):
             places = [place for place in dict.fromkeys([key] + [f"{prefix}.{key}" for prefix in prefixes])
                       if place in found and (place != key or prefixes == [""] or len(prefixes) > 1)]
             if not places and not key.endswith(".match"):
-                faults.append(f"{page.name}:{line}: there is no key {key}")
+                faults.append(f"{place_of_row}: there is no key {key}")
             for place in places:
                 told.add(place)
                 if len(keys_of(cells[0])) == 1:
-                    faults += [f"{page.name}:{line}: {place}: {fault}"
+                    faults += [f"{place_of_row}: {place}: {fault}"
                                for fault in faults_of(place, *found[place], dict(zip(header, cells)))]
     for key in found:
         by_its_parts = any(other.startswith((key + "[].", key + ".NAME.")) for other in told)
         if key not in told and not by_its_parts and not ELSEWHERE.search(key):
-            faults.append(f"{page.name}: no table tells of {key}")
+            faults.append(f"{name}.md: no table describes {key}")
     return faults
 
 

@@ -135,9 +135,9 @@ TEST_F(Pieces, ChangedByAPath) {
 }
 
 TEST_F(Pieces, DocumentedExample) {
-  const std::string page = bytes_of(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "docs/formats/scenario.md");
+  const std::string page = bytes_of(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "docs/formats/scenario/approach.md");
   const std::string fence = "```yaml\n";
-  const std::size_t begin = page.find(fence, page.find("### `pieces[]`")) + fence.size();
+  const std::size_t begin = page.find(fence, page.find("## `pieces[]`")) + fence.size();
   std::string example = page.substr(begin, page.find("```", begin) - begin);
   const std::string head = "approach:\n  ";
   ASSERT_EQ(example.substr(0, head.size()), head);
