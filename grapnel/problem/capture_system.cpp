@@ -211,7 +211,7 @@ void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& 
       add(".move: duration must be positive, after not negative");
   }
   if (post.joints == PostImpactSetup::Joints::detumble && !post.detumble)
-    add(": joints that detumble need their setup");
+    add(": joints: detumble requires the section 'detumble'");
   if (post.detumble && !(post.detumble->torque > 0 && std::isfinite(post.detumble->torque)))
     add(".detumble: torque must be positive");
   if (const auto& keep = post.keep_base_attitude) {

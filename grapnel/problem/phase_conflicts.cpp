@@ -41,8 +41,7 @@ class PhaseConflicts : ConflictFinder {
   void check_name(std::size_t k, const std::string& place) {
     const std::string name = phase_name(problem_, k);
     for (const std::string_view other : kReserved) {
-      if (name == other)
-        add(place + ".name", "{}.name is {}, which is the name of another part of the run", place, in_quotes(name));
+      if (name == other) add(place + ".name", "{}.name is {}, a reserved name; choose another", place, in_quotes(name));
     }
     for (std::size_t before = 0; before < k; ++before) {
       if (phase_name(problem_, before) != name) continue;
@@ -67,7 +66,8 @@ class PhaseConflicts : ConflictFinder {
     if (until.wheel_momentum_below) check_wheels("wheel_momentum_below", place);
     if (until.wheel_momentum_above) check_wheels("wheel_momentum_above", place);
     if (until.event == PhaseUntil::Event::law_ended && !is_law(phase.joints))
-      refuse("event", fmt::format("joints that are {} have no law that ends", name_of(phase.joints)));
+      refuse("event",
+             fmt::format("requires joints with a law that ends, such as detumble; they are {}", name_of(phase.joints)));
   }
 
   void check_wheels(const char* key, const std::string& place) {
@@ -89,7 +89,7 @@ class PhaseConflicts : ConflictFinder {
     for (const auto& [given, key] :
          {std::pair{phase.assumed.has_value(), "assumed"}, std::pair{phase.identify.has_value(), "identify"},
           std::pair{phase.model.has_value(), "model"}}) {
-      if (given) add_key(fmt::format("{}.{}", place, key), "{}.{} belongs to the first phase", place, key);
+      if (given) add_key(fmt::format("{}.{}", place, key), "{}.{} is allowed only in the first phase", place, key);
     }
   }
 

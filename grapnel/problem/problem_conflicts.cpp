@@ -134,7 +134,9 @@ class Conflicts : ConflictFinder {
       fault("approach.straight_in determines the velocity at arrival; use its final_speed");
     } else if (approach->sampled || !approach->pieces.empty() ||
                (!approach->match && (approach->final_rates || !approach->plan))) {
-      fault("the final rates are given, so no velocity is matched; use approach.final_rates: {match: ...}");
+      fault(
+          "relative velocities require matched final rates, but the final rates are given; use approach.final_rates: "
+          "{match: ...}");
     } else if (angular && approach->match && *approach->match != RateMatch::twist) {
       fault("the angular velocity is not matched; use approach.final_rates: {match: twist}");
     }

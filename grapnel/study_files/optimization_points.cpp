@@ -151,10 +151,8 @@ void OptimizationPoints::finish(const CaptureProblem& base, FaultList& faults) {
     try {
       posture = posture_space(base);
       if (posture.directions.empty())
-        faults.add(variable.mark,
-                   fmt::format("{}: the grasps leave the joints no freedom, so there is no other posture "
-                               "near the present one",
-                               variable.place));
+        faults.add(variable.mark, fmt::format("{}: the grasps determine all joint values, so no posture can be varied",
+                                              variable.place));
     } catch (const std::exception& error) {
       faults.add(variable.mark, fmt::format("{}: {}", variable.place, error.what()));
     }

@@ -51,7 +51,7 @@ std::string cut_fault(const std::string& name, const NumberDistribution& d) {
   const double less = normal_probability(above ? -high : low), most = normal_probability(above ? -low : high);
   if (most < std::numeric_limits<double>::min()) return far_away(name, d, above, above ? low : -high);
   if (most - less < kLeastPart * most)
-    return fmt::format("{}.from is {} and to {}, too close to each other for the deviation, {:.9g}: use uniform", name,
+    return fmt::format("{}.from is {} and to {}, too close to each other for the deviation {:.9g}; use uniform", name,
                        d.from, d.to, d.scale);
   return {};
 }
@@ -78,7 +78,8 @@ std::string length_fault(const std::string& name, const Length& given, const Num
 // The reason for an indefinite covariance, if two numbers show it.
 std::string why_indefinite(const std::vector<double>& matrix, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
-    if (matrix[i * n + i] < 0) return fmt::format(": [{}][{}] is {}, a variance", i, i, matrix[i * n + i]);
+    if (matrix[i * n + i] < 0)
+      return fmt::format(": the variance [{}][{}] is {}, must be at least 0", i, i, matrix[i * n + i]);
     for (std::size_t j = 0; j < i; ++j) {
       const double most = std::sqrt(std::max(0.0, matrix[i * n + i]) * std::max(0.0, matrix[j * n + j]));
       if (std::abs(matrix[i * n + j]) > most * (1 + 1e-9))

@@ -409,7 +409,8 @@ TEST(PhaseSequence, NamesErrors) {
             std::string::npos);
   EXPECT_NE(of("{duration: 1, until: {target_rate: 0.5}}, {duration: 2}").find("there are no targets"),
             std::string::npos);
-  EXPECT_NE(of("{duration: 1, until: {event: law_ended}}, {duration: 2}").find("no law that ends"), std::string::npos);
+  EXPECT_NE(of("{duration: 1, until: {event: law_ended}}, {duration: 2}").find("requires joints with a law that ends"),
+            std::string::npos);
   EXPECT_NE(of("{duration: 1, until: {}}, {duration: 2}").find("motion[0].until is empty"), std::string::npos);
 }
 

@@ -60,7 +60,7 @@ TEST(ReadOptimization, InvalidValuesAreReportedAtTheEndsOfAVariable) {
               ElementsAre(HasSubstr("o.yaml:6:12: error: unknown key 'durations' in approach"),
                           HasSubstr("o.yaml:7:37: error: approach.duration is -1, must be greater than 0")));
   EXPECT_THAT(faults_of(kHead + "minimize: rank\nvariables: [{posture: null_space, from: -1, to: 1}]\n"),
-              ElementsAre(HasSubstr("variables[0]: the grasps leave the joints no freedom")));
+              ElementsAre(HasSubstr("variables[0]: the grasps determine all joint values")));
   EXPECT_THAT(faults_of("name: x\nscenario: " GRAPNEL_SOURCE_DIR
                         "/scenarios/seven-joint-dual-capture.yaml\nminimize: rank\nvariables:\n"
                         "  - {posture: null_space, from: -1, to: 1}\n"),
