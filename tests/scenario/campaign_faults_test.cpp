@@ -146,7 +146,7 @@ TEST(CampaignFaults, OfIntervalsWithoutProbability) {
          "log_normal.from is 2, 69.31 deviations above the median, 1; beyond");
   expect(factor("log_normal: {deviation: 1, to: 0}"), "log_normal.to is 0, must be greater than 0");
   expect(factor("normal: {deviation: 1e3, from: 1, to: 1.00000001}"),
-         "normal.from is 1 and to 1.00000001, too close to each other for the deviation 1000: use uniform");
+         "normal.from is 1 and to 1.00000001, too close to each other for the deviation 1000; use uniform");
   expect(factor("normal: {mean: 1, deviation: 0, from: 2, to: 3}"),
          "normal.mean is 1 and its deviation 0, which is not between 2 and 3");
   expect("{path: targets.target-1.state.velocity, sphere: {length: {normal: {mean: 1, deviation: 0.01, from: 2}}}}",
