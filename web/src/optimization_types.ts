@@ -1,135 +1,135 @@
-// Made by scripts/tables from the descriptions of results in grapnel/: change those.
+// Made by scripts/tables from the descriptions of results in grapnel/; edit those.
 
 export type FieldNote = readonly [key: string, unit: string, text: string];
 
-// before, the scenario as it is, and after, the best that was found.
+// results of an optimization: before, the unchanged scenario, and after, the best point.
 export interface OptimizationReport {
-  /** the format of this file */
+  /** format of this file */
   schema: OptimizationResultFormat;
-  /** of Grapnel */
+  /** version of Grapnel */
   version: string;
-  /** what it is */
+  /** settings of the optimization */
   optimization: OptimizationSettings;
-  /** points that were tried [1] */
+  /** number of evaluated points [1] */
   evaluations: number;
-  /** points that came to their end [1] */
+  /** points that completed [1] */
   ok: number;
-  /** points in which something went wrong [1] */
+  /** points that failed [1] */
   failed: number;
   /** points for which no configuration was found [1] */
   unreachable: number;
-  /** points that are ok, and keep not all limits [1] */
+  /** points that are ok but violate limits [1] */
   beyond_limits: number;
-  /** the best point, as `point` in evaluations.csv; null: none keeps all limits [1] */
+  /** the best point, as `point` in evaluations.csv; null: no point meets all limits [1] */
   best: number | null;
-  /** why no point keeps all limits; absent with a best */
+  /** reason for which no point meets all limits; absent with a best point */
   why?: string;
-  /** whether the scenario as it is keeps all limits */
+  /** whether the unchanged scenario meets all limits */
   before_acceptable: boolean;
-  /** why it came to no result; absent if it did */
+  /** reason for which the unchanged scenario has no result; absent if it has one */
   before_reason?: string;
-  /** before and after */
+  /** feasibility before and after */
   feasibility: FeasibilityChange;
-  /** in the order of the file */
+  /** variables in the order of the file */
   variables: Variable[];
-  /** what was minimized or maximized */
+  /** minimized or maximized columns */
   objective: Change;
-  /** in the order of the file */
+  /** limits in the order of the file */
   limits: Change[];
-  /** everything that was kept */
+  /** all stored columns */
   columns: Change[];
-  /** the optimization file */
+  /** text of the optimization file */
   text: string;
 }
 export const kOptimizationReport: FieldNote[] = [
-  ["schema","","the format of this file"],
-  ["version","","of Grapnel"],
-  ["optimization","","what it is"],
-  ["evaluations","1","points that were tried"],
-  ["ok","1","points that came to their end"],
-  ["failed","1","points in which something went wrong"],
+  ["schema","","format of this file"],
+  ["version","","version of Grapnel"],
+  ["optimization","","settings of the optimization"],
+  ["evaluations","1","number of evaluated points"],
+  ["ok","1","points that completed"],
+  ["failed","1","points that failed"],
   ["unreachable","1","points for which no configuration was found"],
-  ["beyond_limits","1","points that are ok, and keep not all limits"],
-  ["best","1","the best point, as `point` in evaluations.csv; null: none keeps all limits"],
-  ["why","","why no point keeps all limits; absent with a best"],
-  ["before_acceptable","","whether the scenario as it is keeps all limits"],
-  ["before_reason","","why it came to no result; absent if it did"],
-  ["feasibility","","before and after"],
-  ["variables","","in the order of the file"],
-  ["objective","","what was minimized or maximized"],
-  ["limits","","in the order of the file"],
-  ["columns","","everything that was kept"],
-  ["text","","the optimization file"],
+  ["beyond_limits","1","points that are ok but violate limits"],
+  ["best","1","the best point, as `point` in evaluations.csv; null: no point meets all limits"],
+  ["why","","reason for which no point meets all limits; absent with a best point"],
+  ["before_acceptable","","whether the unchanged scenario meets all limits"],
+  ["before_reason","","reason for which the unchanged scenario has no result; absent if it has one"],
+  ["feasibility","","feasibility before and after"],
+  ["variables","","variables in the order of the file"],
+  ["objective","","minimized or maximized columns"],
+  ["limits","","limits in the order of the file"],
+  ["columns","","all stored columns"],
+  ["text","","text of the optimization file"],
 ];
 
 export type OptimizationResultFormat = "grapnel-optimization-result/1";
 
-// what the optimization is.
+// settings of the optimization.
 export interface OptimizationSettings {
-  /** of the optimization */
+  /** name of the optimization */
   name: string;
-  /** of the file's bytes and of the scenario with what it includes */
+  /** SHA-256 of the file's bytes and of the scenario with its included files */
   sha256: string;
   /** as in the file */
   simulate: StudyMode;
 }
 export const kOptimizationSettings: FieldNote[] = [
-  ["name","","of the optimization"],
-  ["sha256","","of the file's bytes and of the scenario with what it includes"],
+  ["name","","name of the optimization"],
+  ["sha256","","SHA-256 of the file's bytes and of the scenario with its included files"],
   ["simulate","","as in the file"],
 ];
 
 export type StudyMode = "impact" | "run";
 
-// whether joints stay within their limits and bodies clear of each other.
+// whether joints stay within their limits and bodies keep their clearance.
 export interface FeasibilityChange {
-  /** of the scenario as it is */
+  /** verdict of the unchanged scenario */
   before: Verdict;
-  /** of the best; absent without one */
+  /** verdict of the best point; absent without one */
   after?: Verdict;
 }
 export const kFeasibilityChange: FieldNote[] = [
-  ["before","","of the scenario as it is"],
-  ["after","","of the best; absent without one"],
+  ["before","","verdict of the unchanged scenario"],
+  ["after","","verdict of the best point; absent without one"],
 ];
 
 export type Verdict = "yes" | "no" | "not checked";
 
 // a number that was varied.
 export interface Variable {
-  /** of the variable */
+  /** name of the variable */
   name: string;
-  /** of its numbers; empty: unknown */
+  /** unit of its numbers; empty: unknown */
   unit: string;
-  /** least value [as the variable] */
+  /** lower bound [as the variable] */
   from: number;
-  /** largest value [as the variable] */
+  /** upper bound [as the variable] */
   to: number;
-  /** of the best point; absent without one [as the variable] */
+  /** value at the best point; absent without one [as the variable] */
   best?: number;
 }
 export const kVariable: FieldNote[] = [
-  ["name","","of the variable"],
-  ["unit","","of its numbers; empty: unknown"],
-  ["from","as the variable","least value"],
-  ["to","as the variable","largest value"],
-  ["best","as the variable","of the best point; absent without one"],
+  ["name","","name of the variable"],
+  ["unit","","unit of its numbers; empty: unknown"],
+  ["from","as the variable","lower bound"],
+  ["to","as the variable","upper bound"],
+  ["best","as the variable","value at the best point; absent without one"],
 ];
 
 // a number before and after.
 export interface Change {
-  /** of the objective, the limit or the column */
+  /** name of the objective, the limit or the column */
   name: string;
-  /** of its numbers; empty: they are added up from several */
+  /** unit of its numbers; empty: the sum of several units */
   unit: string;
-  /** of the scenario as it is; null: it has no such number [as `unit`] */
+  /** value of the unchanged scenario; null: it does not exist [as `unit`] */
   before: number | null;
-  /** of the best; null: it has no such number; absent without a best [as `unit`] */
+  /** value at the best point; null: it does not exist; absent without a best point [as `unit`] */
   after?: number | null;
 }
 export const kChange: FieldNote[] = [
-  ["name","","of the objective, the limit or the column"],
-  ["unit","","of its numbers; empty: they are added up from several"],
-  ["before","as `unit`","of the scenario as it is; null: it has no such number"],
-  ["after","as `unit`","of the best; null: it has no such number; absent without a best"],
+  ["name","","name of the objective, the limit or the column"],
+  ["unit","","unit of its numbers; empty: the sum of several units"],
+  ["before","as `unit`","value of the unchanged scenario; null: it does not exist"],
+  ["after","as `unit`","value at the best point; null: it does not exist; absent without a best point"],
 ];

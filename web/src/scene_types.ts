@@ -1,97 +1,97 @@
-// Made by scripts/tables from the descriptions of results in grapnel/: change those.
+// Made by scripts/tables from the descriptions of results in grapnel/; edit those.
 
 export type FieldNote = readonly [key: string, unit: string, text: string];
 
-// which bodies there are, how they hang together and what they look like.
+// bodies of the scenario, their tree, and their shapes.
 export interface Scene {
-  /** the format of this file */
+  /** format of this file */
   schema: SceneFormat;
-  /** of Grapnel */
+  /** version of Grapnel */
   version: string;
-  /** what was simulated */
+  /** the simulated scenario */
   scenario: SceneScenario;
-  /** true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it (all to 1e-9) */
+  /** true if all motion stays in the plane z = 0: all joints turn about z or slide in the plane; the plane contains the centre of mass of every body (with what is fixed to it) and is a principal plane of that body; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads lie in it (all to 1e-9) */
   planar: boolean;
   /** base first, then links (parents before children), then targets */
   bodies: SceneBody[];
-  /** of the robot */
+  /** end-effectors of the robot */
   end_effectors: SceneEndEffector[];
-  /** of all targets */
+  /** grasp points of all targets */
   grasp_points: SceneGraspPoint[];
-  /** of the scenario */
+  /** grasps of the scenario */
   grasps: SceneGrasp[];
-  /** that shapes refer to */
+  /** meshes that shapes refer to */
   meshes: SceneMesh[];
-  /** results of earlier versions lack it */
+  /** absent in results of earlier versions */
   limits: SceneLimits;
 }
 export const kScene: FieldNote[] = [
-  ["schema","","the format of this file"],
-  ["version","","of Grapnel"],
-  ["scenario","","what was simulated"],
-  ["planar","","true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it (all to 1e-9)"],
+  ["schema","","format of this file"],
+  ["version","","version of Grapnel"],
+  ["scenario","","the simulated scenario"],
+  ["planar","","true if all motion stays in the plane z = 0: all joints turn about z or slide in the plane; the plane contains the centre of mass of every body (with what is fixed to it) and is a principal plane of that body; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads lie in it (all to 1e-9)"],
   ["bodies","","base first, then links (parents before children), then targets"],
-  ["end_effectors","","of the robot"],
-  ["grasp_points","","of all targets"],
-  ["grasps","","of the scenario"],
-  ["meshes","","that shapes refer to"],
-  ["limits","","results of earlier versions lack it"],
+  ["end_effectors","","end-effectors of the robot"],
+  ["grasp_points","","grasp points of all targets"],
+  ["grasps","","grasps of the scenario"],
+  ["meshes","","meshes that shapes refer to"],
+  ["limits","","absent in results of earlier versions"],
 ];
 
 export type SceneFormat = "grapnel-scene/2";
 
-// what was simulated.
+// the simulated scenario.
 export interface SceneScenario {
-  /** the scenario's name */
+  /** name of the scenario */
   name: string;
   /** as in summary.json */
   sha256: string;
 }
 export const kSceneScenario: FieldNote[] = [
-  ["name","","the scenario's name"],
+  ["name","","name of the scenario"],
   ["sha256","","as in summary.json"],
 ];
 
 // a rigid body.
 export interface SceneBody {
-  /** unique among base and links, and among targets; a target may be called like a link */
+  /** name, unique among base and links, and among targets; a target may have the name of a link */
   name: string;
-  /** `base`, `link`, `target`, `part` (of a target: a panel, or a piece of one) */
+  /** `base`, `link`, `target`, `part` (of a target: a panel, or a segment of one) */
   kind: string;
-  /** of links: base or an earlier link; of parts: their target; else null */
+  /** for links: base or an earlier link; for parts: their target; else null */
   parent: string | null;
-  /** of links; else null */
+  /** joint of a link; else null */
   joint: SceneJoint | null;
-  /** its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (of parts too), `targets/NAME` */
+  /** name of its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (for parts too), `targets/NAME` */
   series: string;
-  /** of the body [kg] */
+  /** mass of the body [kg] */
   mass: number;
-  /** centre of mass in its frame [m] */
+  /** centre of mass in the body's frame [m] */
   com: [number, number, number];
   /** xx, yy, zz, xy, xz, yz about the centre of mass, its axes [kg m^2] */
   inertia: [number, number, number, number, number, number];
-  /** its shapes */
+  /** shapes of the body */
   geometry: SceneShape[];
 }
 export const kSceneBody: FieldNote[] = [
-  ["name","","unique among base and links, and among targets; a target may be called like a link"],
-  ["kind","","`base`, `link`, `target`, `part` (of a target: a panel, or a piece of one)"],
-  ["parent","","of links: base or an earlier link; of parts: their target; else null"],
-  ["joint","","of links; else null"],
-  ["series","","its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (of parts too), `targets/NAME`"],
-  ["mass","kg","of the body"],
-  ["com","m","centre of mass in its frame"],
+  ["name","","name, unique among base and links, and among targets; a target may have the name of a link"],
+  ["kind","","`base`, `link`, `target`, `part` (of a target: a panel, or a segment of one)"],
+  ["parent","","for links: base or an earlier link; for parts: their target; else null"],
+  ["joint","","joint of a link; else null"],
+  ["series","","name of its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME` (for parts too), `targets/NAME`"],
+  ["mass","kg","mass of the body"],
+  ["com","m","centre of mass in the body's frame"],
   ["inertia","kg m^2","xx, yy, zz, xy, xz, yz about the centre of mass, its axes"],
-  ["geometry","","its shapes"],
+  ["geometry","","shapes of the body"],
 ];
 
-// how a link hangs on its parent.
+// the joint between a link and its parent.
 export interface SceneJoint {
-  /** of the joint */
+  /** name of the joint */
   name: string;
   /** `revolute`, `continuous`, `prismatic`, `fixed` */
   type: string;
-  /** unit, in the joint's frame [1] */
+  /** unit axis in the joint's frame [1] */
   axis: [number, number, number];
   /** of the joint's frame in the parent's at joint value 0 [m] */
   position: [number, number, number];
@@ -99,9 +99,9 @@ export interface SceneJoint {
   quaternion_wxyz: [number, number, number, number];
 }
 export const kSceneJoint: FieldNote[] = [
-  ["name","","of the joint"],
+  ["name","","name of the joint"],
   ["type","","`revolute`, `continuous`, `prismatic`, `fixed`"],
-  ["axis","1","unit, in the joint's frame"],
+  ["axis","1","unit axis in the joint's frame"],
   ["position","m","of the joint's frame in the parent's at joint value 0"],
   ["quaternion_wxyz","1","likewise"],
 ];
@@ -110,115 +110,115 @@ export const kSceneJoint: FieldNote[] = [
 export interface SceneShape {
   /** `box`, `cylinder`, `capsule`, `sphere`, `mesh` */
   shape: string;
-  /** by shape, see below; of a mesh what vertices are multiplied with [m] */
+  /** dimensions by shape, see below; for a mesh the scale factors of its vertices [m] */
   size: [number, number, number];
-  /** of the shape's frame in the body's [m] */
+  /** origin of the shape's frame in the body's frame [m] */
   position: [number, number, number];
-  /** of the shape's frame in the body's [1] */
+  /** orientation of the shape's frame in the body's frame [1] */
   quaternion_wxyz: [number, number, number, number];
-  /** of shape `mesh`: index into `meshes` [1] */
+  /** index into `meshes`, for shape `mesh` [1] */
   mesh?: number;
 }
 export const kSceneShape: FieldNote[] = [
   ["shape","","`box`, `cylinder`, `capsule`, `sphere`, `mesh`"],
-  ["size","m","by shape, see below; of a mesh what vertices are multiplied with"],
-  ["position","m","of the shape's frame in the body's"],
-  ["quaternion_wxyz","1","of the shape's frame in the body's"],
-  ["mesh","1","of shape `mesh`: index into `meshes`"],
+  ["size","m","dimensions by shape, see below; for a mesh the scale factors of its vertices"],
+  ["position","m","origin of the shape's frame in the body's frame"],
+  ["quaternion_wxyz","1","orientation of the shape's frame in the body's frame"],
+  ["mesh","1","index into `meshes`, for shape `mesh`"],
 ];
 
 // an end-effector on a body of the robot.
 export interface SceneEndEffector {
-  /** of the end-effector */
+  /** name of the end-effector */
   name: string;
-  /** of the robot */
+  /** body of the robot */
   body: string;
-  /** in that body's frame [m] */
+  /** position in that body's frame [m] */
   position: [number, number, number];
-  /** in that body's frame [1] */
+  /** orientation in that body's frame [1] */
   quaternion_wxyz: [number, number, number, number];
 }
 export const kSceneEndEffector: FieldNote[] = [
-  ["name","","of the end-effector"],
-  ["body","","of the robot"],
-  ["position","m","in that body's frame"],
-  ["quaternion_wxyz","1","in that body's frame"],
+  ["name","","name of the end-effector"],
+  ["body","","body of the robot"],
+  ["position","m","position in that body's frame"],
+  ["quaternion_wxyz","1","orientation in that body's frame"],
 ];
 
-// where a target may be grasped.
+// a grasp point of a target.
 export interface SceneGraspPoint {
-  /** that it is on */
+  /** target of the grasp point */
   target: string;
-  /** of the grasp point */
+  /** name of the grasp point */
   name: string;
-  /** in the target's frame [m] */
+  /** position in the target's frame [m] */
   position: [number, number, number];
-  /** unit, in the target's frame; null: none is given [1] */
+  /** unit vector in the target's frame; null: not given [1] */
   approach_direction: [number, number, number] | null;
 }
 export const kSceneGraspPoint: FieldNote[] = [
-  ["target","","that it is on"],
-  ["name","","of the grasp point"],
-  ["position","m","in the target's frame"],
-  ["approach_direction","1","unit, in the target's frame; null: none is given"],
+  ["target","","target of the grasp point"],
+  ["name","","name of the grasp point"],
+  ["position","m","position in the target's frame"],
+  ["approach_direction","1","unit vector in the target's frame; null: not given"],
 ];
 
-// what is to meet.
+// a grasp or contact of the scenario.
 export interface SceneGrasp {
-  /** that grasps */
+  /** end-effector of the grasp */
   end_effector: string;
-  /** that is grasped */
+  /** target of the grasp */
   target: string;
-  /** of the target */
+  /** grasp point on the target */
   grasp_point: string;
-  /** `rigid`, `hinge`, `point`, or `contact` for what is only touched */
+  /** `rigid`, `hinge`, `point`, or `contact` for a contact without a grasp */
   model: string;
 }
 export const kSceneGrasp: FieldNote[] = [
-  ["end_effector","","that grasps"],
-  ["target","","that is grasped"],
-  ["grasp_point","","of the target"],
-  ["model","","`rigid`, `hinge`, `point`, or `contact` for what is only touched"],
+  ["end_effector","","end-effector of the grasp"],
+  ["target","","target of the grasp"],
+  ["grasp_point","","grasp point on the target"],
+  ["model","","`rigid`, `hinge`, `point`, or `contact` for a contact without a grasp"],
 ];
 
 // a triangle mesh in its own frame.
 export interface SceneMesh {
-  /** of the file */
+  /** name of the mesh file */
   name: string;
-  /** x, y, z in turn, in the file's unit: the size of a shape makes them metres [1] */
+  /** x, y, z of each vertex, in the file's unit; the size of a shape converts to metres [1] */
   vertices: number[];
-  /** three vertex numbers in turn, from 0 [1] */
+  /** three vertex indices per triangle, from 0 [1] */
   triangles: number[];
 }
 export const kSceneMesh: FieldNote[] = [
-  ["name","","of the file"],
-  ["vertices","1","x, y, z in turn, in the file's unit: the size of a shape makes them metres"],
-  ["triangles","1","three vertex numbers in turn, from 0"],
+  ["name","","name of the mesh file"],
+  ["vertices","1","x, y, z of each vertex, in the file's unit; the size of a shape converts to metres"],
+  ["triangles","1","three vertex indices per triangle, from 0"],
 ];
 
-// lines in plots.
+// limits shown in plots.
 export interface SceneLimits {
-  /** of end-effectors with an envelope */
+  /** limits of end-effectors with an envelope */
   grasps: SceneGraspLimits[];
-  /** the distance that bodies are to keep; null: it is not watched [m] */
+  /** required clearance between bodies; null: not monitored [m] */
   clearance: number | null;
 }
 export const kSceneLimits: FieldNote[] = [
-  ["grasps","","of end-effectors with an envelope"],
-  ["clearance","m","the distance that bodies are to keep; null: it is not watched"],
+  ["grasps","","limits of end-effectors with an envelope"],
+  ["clearance","m","required clearance between bodies; null: not monitored"],
 ];
 
-// what a grasp can close on.
+// envelope of a grasp.
 export interface SceneGraspLimits {
-  /** that has an envelope */
+  /** end-effector with the envelope */
   end_effector: string;
-  /** largest distance from the grasp point; null: any [m] */
+  /** largest distance from the grasp point; null: no limit [m] */
   position: number | null;
-  /** largest relative speed; null: any [m/s] */
+  /** largest relative speed; null: no limit [m/s] */
   velocity: number | null;
 }
 export const kSceneGraspLimits: FieldNote[] = [
-  ["end_effector","","that has an envelope"],
-  ["position","m","largest distance from the grasp point; null: any"],
-  ["velocity","m/s","largest relative speed; null: any"],
+  ["end_effector","","end-effector with the envelope"],
+  ["position","m","largest distance from the grasp point; null: no limit"],
+  ["velocity","m/s","largest relative speed; null: no limit"],
 ];

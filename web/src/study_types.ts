@@ -1,94 +1,94 @@
-// Made by scripts/tables from the descriptions of results in grapnel/: change those.
+// Made by scripts/tables from the descriptions of results in grapnel/; edit those.
 
 export type FieldNote = readonly [key: string, unit: string, text: string];
 
-// what a sweep is, and how its points ended.
+// settings of a sweep, and how its points ended.
 export interface SweepReport {
-  /** the format of this file */
+  /** format of this file */
   schema: StudyTableFormat;
-  /** of Grapnel */
+  /** version of Grapnel */
   version: string;
-  /** what it is */
+  /** settings of the study */
   study: StudySettings;
-  /** all of them [1] */
+  /** number of all points [1] */
   points: number;
-  /** points that came to their end [1] */
+  /** points that completed [1] */
   ok: number;
-  /** points in which something went wrong [1] */
+  /** points that failed [1] */
   failed: number;
   /** points for which no configuration was found [1] */
   unreachable: number;
-  /** in the order of the file */
+  /** axes in the order of the file */
   axes: StudyAxis[];
-  /** of the table */
+  /** columns of the table */
   columns: Column[];
-  /** the study file */
+  /** text of the study file */
   text: string;
 }
 export const kSweepReport: FieldNote[] = [
-  ["schema","","the format of this file"],
-  ["version","","of Grapnel"],
-  ["study","","what it is"],
-  ["points","1","all of them"],
-  ["ok","1","points that came to their end"],
-  ["failed","1","points in which something went wrong"],
+  ["schema","","format of this file"],
+  ["version","","version of Grapnel"],
+  ["study","","settings of the study"],
+  ["points","1","number of all points"],
+  ["ok","1","points that completed"],
+  ["failed","1","points that failed"],
   ["unreachable","1","points for which no configuration was found"],
-  ["axes","","in the order of the file"],
-  ["columns","","of the table"],
-  ["text","","the study file"],
+  ["axes","","axes in the order of the file"],
+  ["columns","","columns of the table"],
+  ["text","","text of the study file"],
 ];
 
 export type StudyTableFormat = "grapnel-study-table/1";
 
-// what the study is.
+// settings of the study.
 export interface StudySettings {
-  /** of the study */
+  /** name of the study */
   name: string;
-  /** the study file's name, without folders */
+  /** name of the study file, without folders */
   file: string;
-  /** of its bytes, followed by that of the scenarios that were checked beforehand */
+  /** SHA-256 of its bytes, followed by that of the scenarios that were checked before the run */
   sha256: string;
   /** as in the file */
   simulate: StudyMode;
 }
 export const kStudySettings: FieldNote[] = [
-  ["name","","of the study"],
-  ["file","","the study file's name, without folders"],
-  ["sha256","","of its bytes, followed by that of the scenarios that were checked beforehand"],
+  ["name","","name of the study"],
+  ["file","","name of the study file, without folders"],
+  ["sha256","","SHA-256 of its bytes, followed by that of the scenarios that were checked before the run"],
   ["simulate","","as in the file"],
 ];
 
 export type StudyMode = "impact" | "run";
 
-// what a study varies.
+// an axis of a study.
 export interface StudyAxis {
-  /** path, quantity, or what the study calls it */
+  /** path, quantity, or label of the study */
   name: string;
-  /** of its numbers; empty: unknown, or no numbers */
+  /** unit of its numbers; empty: unknown, or no numbers */
   unit: string;
-  /** what it changes */
+  /** what the axis changes */
   description: string;
-  /** or labels [as stated] */
+  /** values as in the file, or labels [as stated] */
   values: (number | string)[];
 }
 export const kStudyAxis: FieldNote[] = [
-  ["name","","path, quantity, or what the study calls it"],
-  ["unit","","of its numbers; empty: unknown, or no numbers"],
-  ["description","","what it changes"],
-  ["values","as stated","or labels"],
+  ["name","","path, quantity, or label of the study"],
+  ["unit","","unit of its numbers; empty: unknown, or no numbers"],
+  ["description","","what the axis changes"],
+  ["values","as stated","values as in the file, or labels"],
 ];
 
-// a number that is kept of every case.
+// a stored number of every case.
 export interface Column {
-  /** groups by `/` */
+  /** name of the column, grouped by `/` */
   name: string;
   /** `1` for counts, ratios and yes (1) or no (0) */
   unit: string;
-  /** what it is */
+  /** meaning of the number */
   description: string;
 }
 export const kColumn: FieldNote[] = [
-  ["name","","groups by `/`"],
+  ["name","","name of the column, grouped by `/`"],
   ["unit","","`1` for counts, ratios and yes (1) or no (0)"],
-  ["description","","what it is"],
+  ["description","","meaning of the number"],
 ];
