@@ -89,7 +89,7 @@ def test_it_can_query_the_true_model():
     (lambda self, input, access, output: setattr(output, "effort", [1, 2, 3]),
      "output.effort has shape (3,), expected (6,)"),
     (lambda self, input, access, output: setattr(output, "base_torque", 1.0), "output.base_torque has shape ()"),
-    (lambda self, input, access, output: setattr(output, "effort", input.rate * numpy.nan), "says an effort of nan at joint 'arm-1-joint-1'"),
+    (lambda self, input, access, output: setattr(output, "effort", input.rate * numpy.nan), "returns an effort of nan at joint 'arm-1-joint-1'"),
     (lambda self, input, access, output: [1, 2, 3], "update() returned <class 'list'>; expected None"),
 ])
 def test_an_error_ends_the_run_with_a_message(update, text):

@@ -590,7 +590,7 @@ TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
   base.clearance.enabled = false;
   base.integration.method = IntegrationSetup::Method::rk4;
   const std::string fixed_steps = text(CampaignPlan::nominal);
-  EXPECT_NE(fixed_steps.find("approach is integrated case by case instead of several at once: the method is not "
+  EXPECT_NE(fixed_steps.find("approach is integrated case by case instead of in SIMD lanes: the method is not "
                              "adaptive_8 (integration.method)\n"),
             std::string::npos)
       << fixed_steps;
@@ -606,7 +606,7 @@ TEST(SlowSettings, NameColumnsOfLoads) {
   const auto says = [&] {
     std::string all;
     for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
-    return all.find("case by case instead of several at once: loads are monitored (the columns margins/") !=
+    return all.find("case by case instead of in SIMD lanes: loads are monitored (the columns margins/") !=
            std::string::npos;
   };
   for (Column& column : campaign.columns) column.needs_loads = false;
@@ -636,7 +636,7 @@ TEST(SlowSettings, NamePlumes) {
   EXPECT_EQ(text("").find("case by case"), std::string::npos) << text("");
   EXPECT_NE(
       text(", plume: {half_angle: 20 deg, range: 5}")
-          .find("approach is integrated case by case instead of several at once: plumes, or gyros, are watched in "
+          .find("approach is integrated case by case instead of in SIMD lanes: plumes, or gyros, are watched in "
                 "every step (plume of the robot's thrusters, or its gyros)"),
       std::string::npos);
 }

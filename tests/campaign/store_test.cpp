@@ -203,7 +203,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     std::string edited = text;
     ASSERT_NE(edited.find(from), std::string::npos) << from;
     edited.replace(edited.find(from), std::string(from).size(), to);
-    EXPECT_THAT(fault(edited), HasSubstr("manifest.json: damaged: it ")) << from;
+    EXPECT_THAT(fault(edited), HasSubstr("manifest.json: damaged: it")) << from;
     EXPECT_THAT(fault(edited), HasSubstr("\nmove this file to another folder: the command that created ")) << from;
   }
   std::string spaced = text;  // the same words

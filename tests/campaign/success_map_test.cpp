@@ -139,7 +139,7 @@ TEST(SuccessMap, ReportsDecisiveCriteriaAndSafePoints) {
   EXPECT_EQ(points_above(report.success_map, 0.9), 1u);
   const std::string text = campaign_summary(campaign, report);
   EXPECT_NE(text.find("1 of 3 points have a probability of success of 0.9 or more (lower end of its 95 % interval)\n"
-                      "what fails most often: soft at 1, cases that are not ok at 1"),
+                      "most frequent failures: soft at 1, cases that are not ok at 1"),
             std::string::npos)
       << text;
   EXPECT_NE(success_map_csv(campaign, report.success_map).find(",soft\n"), std::string::npos);

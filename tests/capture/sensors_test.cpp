@@ -422,7 +422,7 @@ TEST(SensorFaults, AreNamed) {
   EXPECT_THAT(faults_of(p), HasSubstr("post_impact.identify ends after 42 [s], must end within post_impact's 30"));
   p = identified(60);
   p.post_impact->joints = PostImpactSetup::Joints::free;
-  EXPECT_THAT(faults_of(p), HasSubstr("post_impact.identify.excitation: joints that are free follow nothing"));
+  EXPECT_THAT(faults_of(p), HasSubstr("post_impact.identify.excitation: joints that are free follow no reference"));
   p = sampled(20);
   p.post_impact->model = LawModel::estimated;
   EXPECT_THAT(faults_of(p), HasSubstr("post_impact.model is estimated, which needs post_impact.identify"));
