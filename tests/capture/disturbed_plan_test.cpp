@@ -285,7 +285,7 @@ TEST(Loads, ReportsInfeasibleLoads) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, HasSubstr("loads or the base's attitude control"));
-  EXPECT_THAT(r.failure, HasSubstr("'tip-1' stays "));
+  EXPECT_THAT(r.failure, HasSubstr("'tip-1' remains "));
   EXPECT_FALSE(r.plan->found);
   ASSERT_EQ(r.plan->miss.size(), 2u);
   EXPECT_GT(r.plan->miss[0].distance, 0.5);

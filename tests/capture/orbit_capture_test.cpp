@@ -170,7 +170,7 @@ TEST(OrbitCapture, NamesErrorsInProgrammedProblems) {
                 p.loads.resize(1);
                 p.loads[0].body = p.robot.base, p.loads[0].frame = LoadFrame::orbit;
               }),
-              HasSubstr("no orbit is set"));
+              HasSubstr("its frame is that of an orbit, and there is none"));
 }
 
 }  // namespace orbit_capture_test

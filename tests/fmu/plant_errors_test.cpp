@@ -215,7 +215,7 @@ TEST_F(PlantErrors, UnsupportedExports) {
   // A period is assumed, and said.
   const test::Outcome done = run("export-fmu no-control.yaml -o z.fmu");
   EXPECT_EQ(done.code, 0) << done.err;
-  expect_has(done.out, "The scenario has no control.period: control.period=10 ms is taken");
+  expect_has(done.out, "The scenario has no control.period: control.period=10 ms is used");
   Master plant(folder_ / "z.fmu");
   ASSERT_TRUE(plant.instantiate()) << plant.said;
   ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;

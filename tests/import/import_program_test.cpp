@@ -101,7 +101,8 @@ TEST_F(ImportProgram, MakesWheelsOfJoints) {
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(test::read_text(folder_ / "robot.yaml"), AllOf(HasSubstr("wheels:"), HasSubstr("torque: 0.1")));
   EXPECT_THAT(run("info robot.yaml").out, HasSubstr("1 bodies, 0 joints"));
-  EXPECT_THAT(run("import m.urdf --wheel v -o robot.yaml").err, HasSubstr("--wheel v: error: there is no joint 'v'"));
+  EXPECT_THAT(run("import m.urdf --wheel v -o robot.yaml").err,
+              HasSubstr("--wheel v: error: unknown joint 'v' for a wheel; joints are w"));
   EXPECT_THAT(run("import m.urdf --wheel w --bus ets-vii -o robot.yaml").err, HasSubstr("wheels"));
 }
 

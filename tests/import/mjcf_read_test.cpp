@@ -42,7 +42,7 @@ TEST(MjcfEffort, IsGearTimesTheActuatorsRange) {
   EXPECT_FALSE(robot.joint("right_wrist").effort.has_value());
   EXPECT_THAT(robot.decisions("right_shoulder"),
               ElementsAre(HasSubstr("its drives give -100 to 80 N m; taken is 80 both ways")));
-  EXPECT_THAT(robot.decisions("without an actuator"), ElementsAre(HasSubstr("are: right_wrist")));
+  EXPECT_THAT(robot.decisions("without an actuator"), ElementsAre(HasSubstr("are unknown: right_wrist")));
 }
 
 TEST(MjcfEffort, OfSeveralDrivesAddsUp) {

@@ -287,10 +287,10 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
               HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value for 'left' = 0"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
   EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): omitted, for the Gazebo simulator"));
-  EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): left out"));
-  EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): left out"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): omitted"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): omitted"));
   EXPECT_THAT(imported.decisions, HasSubstr("<tendon> (1 element): omitted, its meaning is unknown"));
-  EXPECT_THAT(imported.decisions, HasSubstr("transmission 'both' couples 2 joints: left out"));
+  EXPECT_THAT(imported.decisions, HasSubstr("transmission 'both' couples 2 joints: omitted"));
   std::vector<std::string> tips;
   for (const EndEffectorSetup& one : robot.end_effectors) tips.push_back(one.name);
   EXPECT_THAT(tips, ::testing::UnorderedElementsAre("tcp", "right_tip", "left_finger"));
@@ -436,7 +436,7 @@ TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {
   EXPECT_EQ(limits.rate, 3);
   EXPECT_THAT(imported.decisions,
               HasSubstr("link 'arm/base' is renamed to 'arm_base': results are stored under names"));
-  EXPECT_THAT(imported.decisions, HasSubstr("joint 'arm/j1': the lower limit -1e+06 is none"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'arm/j1': the lower limit -1e+06 means no limit"));
 }
 
 TEST(UrdfAssembly, ArithmeticInAttributes) {

@@ -159,11 +159,13 @@ const std::vector<FaultCase> kCases{
       "arrival; use its final_speed"}},
     {"arrival_with_given_rates",
      {{"final_rates: {match: velocity}", "final_rates: [0, 0]"}, with_grasp("relative_velocity: [0.1, 0, 0]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no velocity is matched; "
+     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: relative velocities require matched final rates, but "
+      "the final rates are given; "
       "use approach.final_rates: {match: ...}"}},
     {"arrival_with_zero_rates",
      {{"  final_rates: {match: velocity}\n", ""}, with_grasp("relative_velocity: [0.1, 0, 0]")},
-     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no velocity is matched; "
+     {"scenario.yaml:29:52: error: grasps[0].relative_velocity: relative velocities require matched final rates, but "
+      "the final rates are given; "
       "use approach.final_rates: {match: ...}"}},
     {"arrival_turning_with_velocity",
      {with_grasp("relative_angular_velocity: [0, 0, 0.1]")},

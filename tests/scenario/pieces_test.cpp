@@ -55,13 +55,13 @@ TEST_F(Pieces, SayDurationAndInitialValues) {
   EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kPath})));
   EXPECT_THAT(faults({kPath, {"elbow: 1}", "elbow: 1.1}"}, {"duration: 20", "duration: 19"}}),
               ElementsAre("scenario.yaml:20:34: error: initial.joints.elbow is 1.1, but the pieces start at 1; they "
-                          "must agree within 1e-06 or leave out initial.joints",
+                          "must agree within 1e-06; correct one or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 19 [s], but the pieces end at 20; make "
                           "them agree or leave out the duration"));
   const Edit rates{"  joints: {", "  joint_rates: {elbow: 0.5}\n  joints: {"};
   EXPECT_THAT(faults({kPath, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the pieces start with "
-                          "-0.25; they must agree within 1e-06 or leave out initial.joint_rates"));
+                          "-0.25; they must agree within 1e-06; correct one or leave out initial.joint_rates"));
   const Edit pd = with_approach("tracking: {mode: pd, kp: 1, kd: 1}");
   EXPECT_THAT(load({kPath, rates, pd}).joint_rate, ElementsAre(0, 0.5));
 }

@@ -43,7 +43,7 @@ TEST(Warnings, InertiaWithoutAShape) {
   EXPECT_THAT(
       warnings_with({of_ball("8000", "[17, 17, 17]")}),
       ElementsAre("scenario.yaml:24:14: warning: targets[0].inertia: the moment of inertia 17 kg m^2 and the mass "
-                  "8000 kg make a radius of gyration of 0.0461 m, and a ball of the densest metal has more; is "
+                  "8000 kg make a radius of gyration of 0.0461 m, and a ball of the densest metal has a larger one; is "
                   "the inertia in t m^2, or the mass in g?"));
   EXPECT_THAT(
       warnings_with({of_ball("8", "[129000, 129000, 129000]")}),

@@ -71,9 +71,9 @@ TEST_F(Trajectory, SaysDurationAndInitialValues) {
   EXPECT_THAT(p.joint_position, ElementsAre(0.25, -1));
   EXPECT_THAT(faults("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n"),
               ElementsAre("scenario.yaml:20:22: error: initial.joints.shoulder is 0.5, but the trajectory starts at "
-                          "0.25; they must agree within 1e-06 or leave out initial.joints",
+                          "0.25; they must agree within 1e-06; correct one or leave out initial.joints",
                           "scenario.yaml:20:34: error: initial.joints.elbow is 1, but the trajectory starts at -1; "
-                          "they must agree within 1e-06 or leave out initial.joints",
+                          "they must agree within 1e-06; correct one or leave out initial.joints",
                           "scenario.yaml:31:13: error: approach.duration is 20 [s], but the trajectory ends at 7; make "
                           "them agree or leave out the duration"));
   // Too many samples are reported for a duration that comes from the file.
@@ -103,7 +103,7 @@ TEST_F(Trajectory, InitialRates) {
                           "the trajectory's rates; leave out joint_rates"));
   EXPECT_THAT(faults(kMotionWithRates, {kPath, rates}),
               ElementsAre("scenario.yaml:20:24: error: initial.joint_rates.elbow is 0.5, but the trajectory starts "
-                          "with 0.2; they must agree within 1e-06 or leave out initial.joint_rates"));
+                          "with 0.2; they must agree within 1e-06; correct one or leave out initial.joint_rates"));
   const Edit agreeing{"  joints: {", "  joint_rates: [0.1, 0.2]\n  joints: {"};
   EXPECT_THAT(load(kMotionWithRates, {kPath, agreeing}).joint_rate, ElementsAre(0.1, 0.2));
   const Edit nearly{"  joints: {", "  joint_rates: {shoulder: 0.1000009, elbow: 0.2}\n  joints: {"};

@@ -123,8 +123,8 @@ TEST(Units, ReportErrors) {
       {"3 N m/rad s", "N m/rad", "it: unknown unit 'N m/rad s' in '3 N m/rad s'; did you mean 'N m/rad'?"},
       {"3 m", "", "it must be a number without unit, not '3 m'"},
       {"3 %", "1", "it must be a number without unit, not '3 %'; write 0.03"},
-      {"1e308 km", "m", "it is '1e308 km', which is above the range of a double"},
-      {"1e99999999999 km", "m", "it is '1e99999999999 km', which is above the range of a double"},
+      {"1e308 km", "m", "it is '1e308 km', which is outside the range of a double"},
+      {"1e99999999999 km", "m", "it is '1e99999999999 km', which is outside the range of a double"},
   };
   for (const auto& [text, stated, fault] : cases) {
     const Taken taken = take(text, stated);

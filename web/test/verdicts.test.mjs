@@ -18,7 +18,7 @@ test("a capture without an envelope is assumed, with its gap", () => {
   assert.equal(assumed.tone, "warn");
   assert.match(assumed.word, /Assumed/);
   assert.match(assumed.said, /gap 0\.106\u00a0?\s?m/);
-  assert.match(assumed.said, /No envelope says what tip can close on/);
+  assert.match(assumed.said, /No capture envelope is given for tip/);
   assert.match(answer(capture("assumed", { target_moved: 0.106 }), "Capture").said, /closed by moving debris by 0\.106/);
   assert.equal(answer(capture("yes"), "Capture").tone, "good");
   assert.equal(answer(capture("no"), "Capture").tone, "bad");
