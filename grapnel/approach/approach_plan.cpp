@@ -223,7 +223,7 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
     return;
   }
   throw Unplannable(fmt::format(
-      "planning the approach: at the begin of the segment, t = {:.4g} s, {}; the minimum clearance is {:.4g} m "
+      "planning the approach: at the start of the segment, t = {:.4g} s, {}; the minimum clearance is {:.4g} m "
       "(approach.plan.clearance), and no motion changes the start: {}, set a smaller clearance, or add the pair to "
       "clearance.ignore",
       time_, pairs, asked,

@@ -132,7 +132,7 @@ TEST(ActuatorLog, RejectsMismatch) {
   expect(kHead + ",wheel.w,base.x,base.y,base.z\n0,0,0,0,0,0,0,0,0,0,0\n60,0,0,0,0,0,0,0,0,0,0\n",
          {":1:1: error: the header has base.x"});
   expect(kHead + ",wheel.w" + zeros + "0\n",
-         {"post_impact.base_control: control.torques commands the base's actuators"},
+         {"post_impact.base_control: control.torques commands each actuator of the base"},
          {{"post_impact.base_control", "{kp: 1, kd: 1, actuators: outside}"}});
 }
 

@@ -84,7 +84,7 @@ TEST(PlanAdvice, NamesPairsTooCloseAtStart) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->plan->clearance = 5;
   const CaptureResult r = simulate_capture(p);
-  EXPECT_THAT(r.failure, AllOf(HasSubstr("at the begin of the segment, t = 0 s"), HasSubstr(" m apart"),
+  EXPECT_THAT(r.failure, AllOf(HasSubstr("at the start of the segment, t = 0 s"), HasSubstr(" m apart"),
                                HasSubstr("the minimum clearance is 5 m"), HasSubstr("initial.joints"),
                                HasSubstr("' and '"), Not(HasSubstr("more knots"))));
   EXPECT_THAT(result_table(r), Not(HasSubstr("nan")));
@@ -126,7 +126,7 @@ TEST(PlanAdvice, ReportsThatPlansDoNotMoveBase) {
   load.body = p.robot.base, load.amplitude.linear = {0, 1, 0};
   load.profile.shape = LoadProfile::Shape::constant, load.profile.start = 0, load.profile.end = 45;
   p.loads = {load};
-  EXPECT_THAT(plan_failure(p), HasSubstr("loads (external_wrenches) move the base by 0."));
+  EXPECT_THAT(plan_failure(p), HasSubstr("loads (external_wrenches) move the base by a further 0."));
 }
 
 // Flight beside a target under thrust: what moves the base to where the arms reach is found.

@@ -279,7 +279,7 @@ TEST(ConstrainedStraightInCase, BaseRotationIsLimitedAndViolationsAreReported) {
   EXPECT_LT(flown(s, base, p, less.path).line, 1e-9);
 
   kept.way.base_turn = kNone;
-  kept.upper[4] = p.position[4] - 0.01;  // exceeded at the begin of the approach
+  kept.upper[4] = p.position[4] - 0.01;  // exceeded at the start of the approach
   const ConstrainedStraightIn none = constrain_straight_in(base, p, kept);
   EXPECT_FALSE(none.kept);
   EXPECT_NE(none.trouble.find("joint 'j4' moves 0.01"), std::string::npos) << none.trouble;
