@@ -75,7 +75,7 @@ TEST_F(ModesCommand, AllModesOfSmallModel) {
   EXPECT_EQ(run(command + "--modes 7").code, 0);
   const auto many = run(command + "--modes 8");
   EXPECT_EQ(many.code, 2);
-  EXPECT_THAT(many.err, HasSubstr("--modes 8: error: the matrices have 7 rows only"));
+  EXPECT_THAT(many.err, HasSubstr("--modes 8: error: the matrices have only 7 rows"));
   // With names beside the matrices, or in one file for both.
   write("m.dof", "1 1\n1 2\n1 3\n1 4\n1 5\n1 6\n1001 0\n");
   EXPECT_THAT(run(command).err, HasSubstr("the rows have no names, those of 'm.csv' have"));

@@ -303,7 +303,7 @@ TEST(MjcfDecisions, OmittedBodiesAreNamed) {
                     "</body><body name='target'><freejoint/></body></worldbody>"});
   EXPECT_THAT(robot.faults, IsEmpty());
   EXPECT_THAT(
-      robot.decisions("left out"),
+      robot.decisions("omitted"),
       ElementsAre(HasSubstr("2:46: not part of the robot and omitted, with their child bodies: chair, target")));
   EXPECT_THAT(robot.decisions("surroundings"), ElementsAre(HasSubstr("<geom> (1)")));
   EXPECT_THAT(robot.decisions("is the base"), ElementsAre("4:2: body 'bus' is the base; the scenario sets its pose"));

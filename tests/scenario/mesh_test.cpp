@@ -301,7 +301,7 @@ TEST(ReadMesh, ReportsErrorsOfACollada) {
   EXPECT_THAT(fault("'#g'/", "'#h'/"), HasSubstr("expected the id of a <geometry> in this file"));
   EXPECT_THAT(fault("meter='0.01'", "meter='0'"), HasSubstr("the meter of <unit> must be a number greater than 0"));
   EXPECT_THAT(fault("Y_UP", "up"), HasSubstr("'up' is not an axis"));
-  EXPECT_THAT(fault("0 300 0", "0 nan 0"), HasSubstr("<float_array>: 'nan' is no finite number"));
+  EXPECT_THAT(fault("0 300 0", "0 nan 0"), HasSubstr("<float_array>: 'nan' is not a finite number"));
   EXPECT_THAT(fault("0 300 0", "0 1e300 0"), HasSubstr("must be a finite number below 1e+09"));
   EXPECT_THAT(fault("count='4' stride", "count='5' stride"),
               HasSubstr("asks for 5 places, and the <float_array> has 12"));

@@ -45,19 +45,19 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:4:16: error: robot.base.mass is 0, must be greater than 0 [kg]"}},
     {"robot_duplicate_link",
      {{"name: lower", "name: upper"}},
-     {"scenario.yaml:12:13: error: duplicate name 'upper' in robot.links[1]: link names must differ; first given in "
+     {"scenario.yaml:12:13: error: duplicate name 'upper' in robot.links[1]: link names must be unique; first given in "
       "line 6"}},
     {"robot_duplicate_joint",
      {{"name: elbow", "name: shoulder"}},
-     {"scenario.yaml:14:21: error: duplicate name 'shoulder' in robot.links[1].joint: joint names must differ; first "
+     {"scenario.yaml:14:21: error: duplicate name 'shoulder' in robot.links[1].joint: joint names must be unique; first "
       "given in line 8"}},
     {"robot_duplicate_end_effector",
      {{"    - {name: tip,", "    - {name: tip, link: base}\n    - {name: tip,"}},
-     {"scenario.yaml:19:14: error: duplicate name 'tip' in robot.end_effectors[1]: end-effector names must differ; "
+     {"scenario.yaml:19:14: error: duplicate name 'tip' in robot.end_effectors[1]: end-effector names must be unique; "
       "first given in line 18"}},
     {"robot_link_named_as_the_base",
      {{"name: upper", "name: base"}},
-     {"scenario.yaml:6:13: error: duplicate name 'base' in robot.links[0]: link names must differ; first given in line "
+     {"scenario.yaml:6:13: error: duplicate name 'base' in robot.links[0]: link names must be unique; first given in line "
       "4"}},
     {"robot_unknown_parent",
      {{"parent: upper", "parent: uper"}},
