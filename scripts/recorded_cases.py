@@ -100,7 +100,7 @@ SLIPS = (
     (CAMPAIGN, "from: 0.8, to: 1.2", "from: 1.2, to: 0.8"), (CAMPAIGN, "deviation: 0.1", "deviation: -0.1"),
     (CAMPAIGN, "as: factor", "as: factory"), (CAMPAIGN, "targets.target-1.mass", "targets.target-1.mas"),
     (CAMPAIGN, "impulse_magnitude < 0.18", "impulse_magnitude <"), (CAMPAIGN, "columns: [captured", "columns: [catched"),
-    (CAMPAIGN, "- captured", "- caught"), (CAMPAIGN, "uncertain:", "uncertainties:"),
+    (CAMPAIGN, "- captured", "- seized"), (CAMPAIGN, "uncertain:", "uncertainties:"),
     (CAMPAIGN, "normal: {deviation: [0.005, 0.005, 0]}", "normal: {deviation: [0.005, 0.005]}"),
     (CAMPAIGN, "worst: {count: 3, by: grasps/tip-1/", "worst: {count: 3, by: grasps/tip-3/"),
     (DESIGN, "count: 13", "count: 1"), (DESIGN, "quantity: target_spin", "quantity: relative_speed"), (DESIGN, "to: 0.12", "to: fast"),

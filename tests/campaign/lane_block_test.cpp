@@ -117,10 +117,10 @@ struct Varied {
   std::vector<Override> overrides;
   std::uint64_t cases = 9;
   double bound = 3e-8;
-  std::string at_work = {};  // a column that is not zero; empty: none is looked at
+  std::string at_work = {};  // a column that is not zero; empty: none is checked
 };
 
-// All of the motion is in lanes, and ends as alone, with conservation checks of its own.
+// All segments are integrated in lanes, with separate conservation checks, and give the results of single cases.
 void expect_lanes_as_alone(const Varied& varied) {
   const auto& [name, overrides, cases, bound, at_work] = varied;
   SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
@@ -163,10 +163,10 @@ void expect_lanes_as_alone(const Varied& varied) {
 }
 
 // Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
-// of the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds,
-// and what is on its way, goes on through the impact.
+// segments are integrated in lanes, with separate conservation checks, and give the results of single cases. Commands
+// that are held or delayed continue through the impact.
 TEST(LaneBlock, ExternalLoadsActInLanes) {
-  // Measured 3.6e-9; commands lost on the way through the impact make 1.7e-7. Wheels at their rates make more of
+  // Measured 3.6e-9; commands lost at the impact give 1.7e-7. Wheels at their rates make more of
   // rounding.
   const std::vector<Varied> scenarios{
       {"orbit-drift", {}},
@@ -201,7 +201,7 @@ std::string twelve_thrusters(const std::string& more = "") {
 }
 
 // What is read, asked and switched at ticks, with motion in lanes: sensors with noise, delays and a target that is
-// identified by them, computed torque with a wrong model, a controller of one's own, thrusters, wheels at speeds of
+// identified by them, computed torque with a wrong model, a custom controller, thrusters, wheels at speeds of
 // their own and arms that are fed forward. The noise is that of cases alone, number by number.
 TEST(LaneBlock, ControllerUpdatesAreSeparateForEveryCase) {
   SKIP_UNDER_SANITIZERS();
@@ -221,7 +221,7 @@ TEST(LaneBlock, ControllerUpdatesAreSeparateForEveryCase) {
         {"post_impact.base_control", "{kp: 3, kd: 60, rpy: [0, 0, 0], wheel_speed_rate: 0.05}"}},
        3,
        3e-7},
-      // Laws speak in packs until the impact, and wheels have speeds of their own afterwards.
+      // Control laws are evaluated in packs until the impact; afterwards wheels have separate speeds.
       {"wheels-keep-attitude",
        {clock,
         {"initial.wheel_rates", "[500 rpm, 100 rpm, 0 rpm, 0 rpm]"},
@@ -256,9 +256,9 @@ TEST(LaneBlock, BasesThatAreHeldOrFixedAreInLanes) {
   }
 }
 
-// Grasps that close where an envelope is reached, both at once or each on its own: lanes hand the case back before the
-// step in which that may be, and what is left of the piece is integrated alone. Measured 1e-11, but for impulses that
-// are zero up to rounding.
+// Grasps that close where an envelope is reached, simultaneously or one by one: lanes hand the case back before the
+// step in which that may be, and what is left of the piece is integrated alone. Measured 1e-11, except for impulses
+// that are zero up to rounding.
 TEST(LaneBlock, ArrivalsAreFoundAsAlone) {
   const std::vector<Override> envelopes{{"robot.end_effectors.tip-1.envelope", "{position: 0.2}"},
                                         {"robot.end_effectors.tip-2.envelope", "{position: 0.25}"},
@@ -282,7 +282,7 @@ TEST(LaneBlock, ArrivalsAreFoundAsAlone) {
 }
 
 // Both arms, or three, hold one target: loops are closed, in the plane (where rows are redundant) and in space, after
-// an impact at once or a second one later, with joints free, driven or braked.
+// one impact or a second one later, with joints free, driven or braked.
 TEST(LaneBlock, ClosedLoopsAreInLanes) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Varied> scenarios{
@@ -310,8 +310,8 @@ TEST(LaneBlock, FlexibleRobotsRunInLanes) {
 }
 
 // Cases of which every fifth is of another structure, since one arm's joint has friction, and the eighth fails before
-// the impact, since its target is out of reach: with few under way at once lanes are filled again from cases that are
-// begun, and taken as far as there, meanwhile. Rows are those of a block whose cases are all under way.
+// the impact, since its target is out of reach: with few simultaneous cases lanes are filled again from cases that are
+// begun, and integrated to that point during this time. Rows are those of a block whose cases are all under way.
 TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
   CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
                                       std::vector<Override>{{"post_impact.duration", "2"}});
@@ -413,7 +413,7 @@ TEST(LaneBlock, LoopsAreWatchedInLanes) {
   }
 }
 
-// Wheels that come to their largest rates in some cases: these go on alone from the step before on, the others in
+// Wheels that come to their largest rates in some cases: these continue alone from the step before, the others in
 // lanes.
 TEST(LaneBlock, WheelsNearTheirLargestRatesContinueAlone) {
   SKIP_UNDER_SANITIZERS();
@@ -448,7 +448,7 @@ TEST(LaneBlock, WheelsNearTheirLargestRatesContinueAlone) {
   }
 }
 
-// Where sensors have been read a case that leaves its lane is simulated anew, and what was read does not count twice:
+// Where sensors have been read a case that leaves its lane is simulated again, and what was read does not count twice:
 // the bits of the case alone.
 TEST(LaneBlock, CasesAfterSensorReadingsRestart) {
   SKIP_UNDER_SANITIZERS();
@@ -634,11 +634,10 @@ TEST(SlowSettings, NamePlumes) {
     return all;
   };
   EXPECT_EQ(text("").find("case by case"), std::string::npos) << text("");
-  EXPECT_NE(
-      text(", plume: {half_angle: 20 deg, range: 5}")
-          .find("approach is integrated case by case instead of in SIMD lanes: plumes, or gyros, are watched in "
-                "every step (plume of the robot's thrusters, or its gyros)"),
-      std::string::npos);
+  EXPECT_NE(text(", plume: {half_angle: 20 deg, range: 5}")
+                .find("approach is integrated case by case instead of in SIMD lanes: plumes, or gyros, are watched in "
+                      "every step (plume of the robot's thrusters, or its gyros)"),
+            std::string::npos);
 }
 
 }  // namespace lane_block_test

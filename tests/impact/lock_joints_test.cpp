@@ -1,4 +1,4 @@
-/// Joints stopped at once by an impulse of their own.
+/// Joints stopped instantaneously by a separate impulse.
 
 #include <gtest/gtest.h>
 

@@ -129,7 +129,7 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
 TEST(ResultTable, StaysWithinItsColumns) {
   CaptureResult result = test::sample_result();
   const std::string name(90, 'n');
-  result.warnings = {"a long warning that goes on " + std::string("and on ") +
+  result.warnings = {"a long warning that continues " + std::string("and on ") +
                      "with many words, more than a line of a "
                      "terminal holds, so that it has to be broken somewhere between them"};
   for (GraspImpulse& grasp : result.impact->grasps) {

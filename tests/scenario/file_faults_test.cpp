@@ -34,7 +34,7 @@ TEST(FileFaults, NotPermitted) {
   const auto path = folder.write("secret.yaml", kSmallScenario);
   std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0755));
   std::filesystem::permissions(path, std::filesystem::perms::none);
-  // Root may read everything: switch to the user nobody temporarily.
+  // Root may read everything: switch to the user "nobody" temporarily.
   const uid_t user = geteuid();
   if (user == 0) {
     ASSERT_EQ(seteuid(65534), 0);

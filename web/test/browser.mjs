@@ -98,7 +98,7 @@ export async function scrollThrough(page) {
   await page.evaluate(async () => {
     for (let y = 0; y <= document.body.scrollHeight; y += 500) {
       window.scrollTo(0, y);
-      // What stands in view is told to the page once a frame, after it was drawn: two frames, however slow.
+      // The page learns once per frame, after drawing, which parts are in view: wait for two frames.
       await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 10))));
     }
     window.scrollTo(0, 0);

@@ -53,7 +53,7 @@ describe("letters", () => {
           return fill.apply(this, args);
         };
         document.querySelector(".plot").scrollIntoView();
-        window.dispatchEvent(new Event("grapnel-theme")); // draws anew
+        window.dispatchEvent(new Event("grapnel-theme")); // draws again
         await new Promise((done) => setTimeout(done, 600));
         return [...met];
       });

@@ -40,7 +40,7 @@ const kinds = {
   "closed loop": () => result("closed-loop", ["run", scenario("thesis/closed-loop.yaml")]),
   "a loop in space": () => result("handles", ["run", scenario("dual-arm-satellite-handles.yaml")]),
   "two targets in space": () => result("targets", ["run", scenario("dual-arm-tumbling-targets.yaml")]),
-  "an impact in time": () => result("compliant", ["run", scenario("compliant-grip.yaml")]),
+  "a compliant impact": () => result("compliant", ["run", scenario("compliant-grip.yaml")]),
   "a rebound": () => result("rebound", ["run", scenario("contact-rebound.yaml")]),
   "reaction wheels": () => result("wheels", ["run", scenario("wheels-keep-attitude.yaml")]),
   "an approach alone": () => result("approach", ["run", approachAlone()]),
@@ -97,7 +97,7 @@ async function lastPoseIsThatOfTheSummary(page, out) {
 }
 
 describe("every kind of report opens without errors and requests, and runs end as computed", () => {
-  const followed = ["open loop", "closed loop", "a loop in space", "two targets in space", "an impact in time", "a rebound"];
+  const followed = ["open loop", "closed loop", "a loop in space", "two targets in space", "a compliant impact", "a rebound"];
   const files = Object.fromEntries(Object.entries(kinds).map(([name, make]) => [name, () => reportOf(make())]));
   files["a sweep"] = () => reportOf(sweep());
   files["an optimization"] = () => reportOf(optimization());
