@@ -237,7 +237,7 @@ TEST(StraightInLimits, OtherConfigurationOrErrorWithoutFreedom) {
   EXPECT_THAT(none.failure, HasSubstr("joint '" + direct.plan->joints[2] + "' moves 0.01"));
   EXPECT_THAT(none.failure, HasSubstr("beyond its upper limit of "));
   EXPECT_THAT(none.failure, HasSubstr("at t = 19."));
-  EXPECT_THAT(none.failure, HasSubstr("no freedom"));
+  EXPECT_THAT(none.failure, HasSubstr("no self-motion"));
   EXPECT_THAT(none.failure, HasSubstr("orientation: axis or free"));
   EXPECT_FALSE(none.plan->found);
 

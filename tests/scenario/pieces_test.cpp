@@ -120,9 +120,10 @@ TEST_F(Pieces, SayItAll) {
   EXPECT_THAT(faults({kPath, with_approach("straight_in: {stand_off: 1, duration: 1}"),
                       with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]")}),
               ElementsAre("scenario.yaml:36:3: error: 'straight_in' needs 'plan' in approach"));
-  EXPECT_THAT(faults({kPath, with_grasp("relative_velocity: [0.1, 0, 0]")}),
-              ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: the final rates are given, so no "
-                          "velocity is matched; use approach.final_rates: {match: ...}"));
+  EXPECT_THAT(
+      faults({kPath, with_grasp("relative_velocity: [0.1, 0, 0]")}),
+      ElementsAre("scenario.yaml:29:52: error: grasps[0].relative_velocity: relative velocities require matched final "
+                  "rates, but the final rates are given; use approach.final_rates: {match: ...}"));
 }
 
 TEST_F(Pieces, ChangedByAPath) {
