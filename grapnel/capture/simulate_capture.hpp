@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A capture from start to end: in one call, or piece by piece if the caller integrates its motion. Public API, kept
-/// stable.
+/// A capture from start to end: in one call, or piece by piece if the caller integrates its motion.
+/// Public, kept stable.
 
 #include <functional>
 #include <limits>

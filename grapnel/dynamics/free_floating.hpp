@@ -5,8 +5,8 @@
 ///
 /// All functions apply to the tree rooted at `root` (the servicer) and ignore other trees of the model, such as
 /// targets. n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to
-/// the world the base quantities are empty (6 x 0 etc.) and the reduced quantities are those of a fixed base. Public,
-/// kept stable.
+/// the world the base quantities are empty (6 x 0 etc.) and the reduced quantities are those of a fixed base.
+/// Public, kept stable.
 
 #include <Eigen/Core>
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Properties of joint types. All code except the recursive kernels (dynamics/recursion.hpp) uses this table. Public,
-/// kept stable.
+/// Properties of joint types. All code except the recursive kernels (dynamics/recursion.hpp) uses this table.
+/// Public, kept stable.
 
 #include <cstdint>
 

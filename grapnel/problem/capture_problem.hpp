@@ -2,7 +2,8 @@
 
 /// @file
 /// A capture to be simulated, as plain data: the content of a scenario file after units and names are resolved, or the
-/// input of a program; the level of detail of its results, and the progress callback. Public API, kept stable.
+/// input of a program; the level of detail of its results, and the progress callback.
+/// Public, kept stable.
 
 #include <cstdint>
 #include <functional>

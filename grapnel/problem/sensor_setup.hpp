@@ -2,7 +2,8 @@
 
 /// @file
 /// Knowledge of the on-board computer: its sensors, the estimate of a target with which an approach is planned, and the
-/// assumed mass properties of a held target. Plain data, part of CaptureProblem. Public API, kept stable.
+/// assumed mass properties of a held target. Plain data, part of CaptureProblem.
+/// Public, kept stable.
 
 #include <array>
 #include <cstdint>

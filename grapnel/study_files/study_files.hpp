@@ -4,8 +4,8 @@
 /// Loaders of study, campaign and optimization files, for run_study(), run_campaign() and optimize().
 /// docs/formats/study.md, campaign.md and optimization.md describe the formats. Files are read once: all points and
 /// cases use the same bytes. Each loader throws InputError with all errors that can be detected before the run, and
-/// adds the warnings of load_scenario() for the first point or the unchanged scenario to `warnings`. Public, kept
-/// stable.
+/// adds the warnings of load_scenario() for the first point or the unchanged scenario to `warnings`.
+/// Public, kept stable.
 
 #include <filesystem>
 #include <string>
