@@ -151,7 +151,7 @@ TEST_F(Campaign, PartsEqualWhole) {
   for (int i = 1; i <= 3; ++i) {
     const Outcome o = run("campaign study.yaml -o one --shard " + std::to_string(i) + "/3");
     EXPECT_EQ(o.code, 0) << o.err;
-    EXPECT_THAT(o.out, HasSubstr(i < 3 ? "part " + std::to_string(i) + "/3 is done; " : "results in one: "));
+    EXPECT_THAT(o.out, HasSubstr(i < 3 ? "part " + std::to_string(i) + "/3 is complete; " : "results in one: "));
     EXPECT_EQ(
         run("campaign study.yaml --quiet -o part" + std::to_string(i) + " --shard " + std::to_string(i) + "/3").code,
         0);

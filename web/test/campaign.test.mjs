@@ -134,7 +134,7 @@ describe("success maps", () => {
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("ArrowUp");
     const said = await p.locator("#study-success-map [role=status]").innerText();
-    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · fails most often: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
+    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · most frequent failure: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
     const lines = (await csv(p, "#study-success-map")).trim().split("\n");
     assert.equal(lines.length, 13);
     assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
@@ -161,7 +161,7 @@ describe("a success map over one axis", () => {
     await plot.focus();
     await p.keyboard.press("ArrowRight");
     const said = await p.locator("#study-success-map [role=status]").innerText();
-    assert.match(said, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · fails most often: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
+    assert.match(said, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · most frequent failure: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
     await p.keyboard.press("Enter");
     assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 68, "cases 4 to 7, 16 to 19 and so on");
     await p.locator("#study-success-map").getByLabel("what fails").check();
