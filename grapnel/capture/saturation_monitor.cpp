@@ -28,7 +28,7 @@ bool gives_base_torque_otherwise(const PhaseSetup& setup) {
 
 // Problem => one item per limit of wheels, gyros, thrusters and base control axes, and one for the singularity of the
 // gyro array.
-SaturationMonitor::SaturationMonitor(const CaptureProblem& problem) : problem_(problem) {
+SaturationMonitor::SaturationMonitor(const CaptureProblem& problem) {
   const auto item = [](Actuator actuator, const std::string& name, Quantity quantity, double limit) {
     Item made;
     made.report.actuator = actuator, made.report.name = name;

@@ -46,7 +46,6 @@ class SaturationMonitor {
   void step_gyros(double begin, const PhaseSample& reached);
   void step_thrusters(double begin, const PhaseSample& reached);
 
-  const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
   bool looks_ = false, drives_wheels_ = false, steers_ = false, fires_ = false, commands_base_ = false;
   std::vector<Item> wheel_rates_, wheel_torques_, gimbal_rates_, gimbal_torques_, thrusters_;  // in the robot's order
