@@ -366,7 +366,8 @@ const std::vector<FaultCase> kCases{
        "{mass: 100,"}},
      {"scenario.yaml:4:28: error: robot.wheels[0].axis has length 2, must be a unit vector; normalised it is [0, 0, 1]",
       "scenario.yaml:4:48: error: robot.wheels[0].inertia is 0, must be greater than 0 [kg m^2]",
-      "scenario.yaml:4:59: error: duplicate name 'a' in robot.wheels[1]: wheel names must be unique; first given in line "
+      "scenario.yaml:4:59: error: duplicate name 'a' in robot.wheels[1]: wheel names must be unique; first given in "
+      "line "
       "4",
       "scenario.yaml:4:97: error: robot.wheels[1].rate is 0, must be greater than 0 [rad/s]"}},
     {"wheels_heavier_than_the_base",

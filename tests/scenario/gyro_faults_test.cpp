@@ -48,7 +48,8 @@ const std::vector<FaultCase> kCases{
       "0.005, which the rotor has across its axis"}},
     {"names_twice",
      {with_robot("gyros: [" + gyro("a", kX, kY) + ", " + gyro("a", kY, kX) + "]")},
-     {"scenario.yaml:4:133: error: duplicate name 'a' in robot.gyros[1]: gyro names must be unique; first given in line "
+     {"scenario.yaml:4:133: error: duplicate name 'a' in robot.gyros[1]: gyro names must be unique; first given in "
+      "line "
       "4"}},
     {"angles_that_do_not_fit",
      {with_robot("gyros: [" + gyro("a", kX, kY) + "]"), {"initial:\n", "initial:\n  gimbal_angles: [0, 1]\n"}},

@@ -49,7 +49,8 @@ const std::vector<FaultCase> kCases{
       "line 6"}},
     {"robot_duplicate_joint",
      {{"name: elbow", "name: shoulder"}},
-     {"scenario.yaml:14:21: error: duplicate name 'shoulder' in robot.links[1].joint: joint names must be unique; first "
+     {"scenario.yaml:14:21: error: duplicate name 'shoulder' in robot.links[1].joint: joint names must be unique; "
+      "first "
       "given in line 8"}},
     {"robot_duplicate_end_effector",
      {{"    - {name: tip,", "    - {name: tip, link: base}\n    - {name: tip,"}},
@@ -57,7 +58,8 @@ const std::vector<FaultCase> kCases{
       "first given in line 18"}},
     {"robot_link_named_as_the_base",
      {{"name: upper", "name: base"}},
-     {"scenario.yaml:6:13: error: duplicate name 'base' in robot.links[0]: link names must be unique; first given in line "
+     {"scenario.yaml:6:13: error: duplicate name 'base' in robot.links[0]: link names must be unique; first given in "
+      "line "
       "4"}},
     {"robot_unknown_parent",
      {{"parent: upper", "parent: uper"}},

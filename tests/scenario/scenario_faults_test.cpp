@@ -205,12 +205,14 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:46: error: unknown grasp point 'handle' in grasps[0].point; grasp points are grip"}},
     {"duplicate_target",
      {{"grasps:", "  - {name: ball, mass: 1, inertia: [1, 1, 1], state: {position: [0, 0, 0]}}\ngrasps:"}},
-     {"scenario.yaml:28:12: error: duplicate name 'ball' in targets[1]: target names must be unique; first given in line "
+     {"scenario.yaml:28:12: error: duplicate name 'ball' in targets[1]: target names must be unique; first given in "
+      "line "
       "22"}},
     {"duplicate_grasp_point",
      {{"      - {name: grip, position: [0, 0.5, 0]}",
        "      - {name: grip, position: [0, 0.5, 0]}\n      - {name: grip}"}},
-     {"scenario.yaml:28:16: error: duplicate name 'grip' in targets[0].grasp_points[1]: grasp point names must be unique; "
+     {"scenario.yaml:28:16: error: duplicate name 'grip' in targets[0].grasp_points[1]: grasp point names must be "
+      "unique; "
       "first given in line 27"}},
     {"end_effector_used_twice",
      {{"point: grip}\n", "point: grip}\n  - {end_effector: tip, target: ball, point: grip}\n"}},

@@ -102,7 +102,8 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:4:138: error: robot.thrusters[0].plume.half_angle is 2, must be greater than 0 and at most 1.5 "
       "[rad]",
       "scenario.yaml:4:153: error: missing key 'specific_impulse' in robot.thrusters[1]",
-      "scenario.yaml:4:160: error: duplicate name 't' in robot.thrusters[1]: thruster names must be unique; first given "
+      "scenario.yaml:4:160: error: duplicate name 't' in robot.thrusters[1]: thruster names must be unique; first "
+      "given "
       "in line 4",
       "scenario.yaml:5:15: error: robot.propellant is 0, must be greater than 0 [kg]"}},
 };
