@@ -121,7 +121,7 @@ TEST_F(Trajectory, WindowsTextAndBlanks) {
 
 TEST_F(Trajectory, DocumentedExample) {
   const std::string page = bytes_of(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "docs/formats/scenario/approach.md");
-  const std::string fence = "```csv\n";
+  const std::string fence = "```text\n";
   const std::size_t begin = page.find(fence, page.find("## Trajectory files")) + fence.size();
   const std::string example = page.substr(begin, page.find("```", begin) - begin);
   EXPECT_EQ(load(example, {kPath, kNoDuration}).approach->duration, 0.1);
