@@ -108,8 +108,8 @@ int part_is_done(const JobShard& shard, const StoreCounts& all, const CaseProgre
 
 // Prints the expected duration of a long campaign before it begins, and which computations dominate it. The cases
 // computed for the estimate are discarded.
-void say_how_long(const Campaign& campaign, const ShardStore& store, const JobShard& shard, int threads,
-                  StopSignal& stop) {
+void print_expected_duration(const Campaign& campaign, const ShardStore& store, const JobShard& shard, int threads,
+                             StopSignal& stop) {
   constexpr double kLong = 20;  // [s]
   const auto seconds = [] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -145,7 +145,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
   take_total(campaign, store);
   command = options.resume;
   if (!options.quiet) print_start(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
-  if (!options.quiet) say_how_long(campaign, store, shard, threads_of(options.threads), stop);
+  if (!options.quiet) print_expected_duration(campaign, store, shard, threads_of(options.threads), stop);
   const CaseProgress done = compute(campaign, store, shard, options, stop);
   if (done.stopped) {
     print_stopped(folder, done.done, done.total, options.resume);

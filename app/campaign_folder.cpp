@@ -33,20 +33,20 @@ void print_lines(const std::string& text) { to_stderr("grapnel: error: {}\n", te
 
 }  // namespace
 
-std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say) {
+std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool print_faults) {
   try {
     std::vector<Fault> warnings;
     Campaign campaign = load_campaign(options.study, &warnings);
-    if (say) print_errors(warnings);
+    if (print_faults) print_errors(warnings);
     if (!options.map || !campaign.design.empty()) return campaign;
-    if (say)
+    if (print_faults)
       to_stderr(
           "{}: error: grapnel map needs a 'design' of one or two axes; without one it is grapnel campaign "
           "that runs "
           "this file\n",
           options.study.string());
   } catch (const InputError& error) {
-    if (!say) return std::nullopt;
+    if (!print_faults) return std::nullopt;
     print_errors(error.faults());
   }
   return std::nullopt;
@@ -120,20 +120,20 @@ std::vector<std::size_t> largest(const std::vector<double>& numbers, std::size_t
   return rows;
 }
 
-// The cases whose complete runs are kept: a function of the rows alone.
-std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTable& table) {
-  const SeriesToKeep& keep = campaign.series;
+// The cases whose complete runs are stored: a function of the rows alone.
+std::set<std::uint64_t> cases_to_store(const Campaign& campaign, const CampaignTable& table) {
+  const SeriesSelection& selection = campaign.series;
   const std::vector<std::uint64_t> index = table.indices();
   std::set<std::uint64_t> cases;
   for (const std::uint64_t k : index)
-    if (k < keep.sample) cases.insert(k);
-  if (keep.failures > 0) {
+    if (k < selection.sample) cases.insert(k);
+  if (selection.failures > 0) {
     const std::vector<std::uint8_t> success = table.success();
     const std::vector<std::int32_t> reasons = table.reasons();
     const auto took_too_long = [&](std::size_t row) {
       return reasons[row] > 0 && table.reason_texts({reasons[row]})[0].starts_with(kTookTooLong);
     };
-    std::uint64_t left = keep.failures;
+    std::uint64_t left = selection.failures;
     for (std::size_t row = 0; row < success.size() && left > 0; ++row) {
       // A case that exceeded its time limit would exceed it again, without a limit here.
       if (success[row] != 0 || took_too_long(row)) continue;
@@ -141,22 +141,23 @@ std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTa
       --left;
     }
   }
-  if (keep.worst > 0)
-    for (const std::size_t row : largest(numbers_named(table, keep.worst_by), keep.worst)) cases.insert(index[row]);
+  if (selection.worst > 0)
+    for (const std::size_t row : largest(numbers_named(table, selection.worst_by), selection.worst))
+      cases.insert(index[row]);
   return cases;
 }
 
 std::string folder_of(std::uint64_t k) { return fmt::format("case-{}", k); }
 
-// Removes runs of cases that are not kept any more. Removes only files that Grapnel wrote.
+// Removes runs of cases that are no longer selected. Removes only files that Grapnel wrote.
 void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases) {
-  std::set<std::string> wanted;
-  for (const std::uint64_t k : cases) wanted.insert(folder_of(k));
+  std::set<std::string> retained;
+  for (const std::uint64_t k : cases) retained.insert(folder_of(k));
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(series, none)) {
     const std::string name = entry.path().filename().string();
     const fs::path scenario = entry.path() / "scenario.yaml";
-    if (!name.starts_with("case-") || wanted.contains(name) || !fs::exists(scenario, none)) continue;
+    if (!name.starts_with("case-") || retained.contains(name) || !fs::exists(scenario, none)) continue;
     if (may_replace(scenario)) fs::remove_all(entry.path(), none);
   }
   if (cases.empty()) fs::remove(series, none);  // if it is empty
@@ -164,10 +165,10 @@ void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases)
 
 enum class StoredRun { there, impossible, not_written };
 
-// Writes the complete run of a case. Failed cases are kept too: their runs give the reason, unless no capture could be
-// simulated.
-StoredRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
-                   const StopSignal& stop) {
+// Writes the complete run of a case. Failed cases are stored too: their runs give the reason, unless no capture could
+// be simulated.
+StoredRun store_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
+                    const StopSignal& stop) {
   const fs::path summary = place / "summary.json";
   try {
     fs::create_directories(place);
@@ -185,16 +186,16 @@ StoredRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& pl
 }
 
 struct StoredSeries {
-  std::size_t kept = 0;
+  std::size_t stored = 0;
   bool complete = true;  // all expected runs exist
   bool stopped = false;
 };
 
 // Writes the complete runs of the cases, each into series/case-K.
-StoredSeries keep_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
-                         const CampaignResults& what, StopSignal& stop) {
+StoredSeries store_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
+                          const CampaignResults& what, StopSignal& stop) {
   StoredSeries result;
-  const std::set<std::uint64_t> cases = cases_to_keep(campaign, table);
+  const std::set<std::uint64_t> cases = cases_to_store(campaign, table);
   const fs::path series = folder / "series";
   refuse_link(series);
   remove_others(series, cases);
@@ -209,9 +210,9 @@ StoredSeries keep_series(const Campaign& campaign, const CampaignTable& table, c
       return result;
     }
     const fs::path place = series / folder_of(k);
-    switch (keep_run(campaign, k, place, what.no_report, stop)) {
+    switch (store_run(campaign, k, place, what.no_report, stop)) {
       case StoredRun::there:
-        ++result.kept;
+        ++result.stored;
         break;
       case StoredRun::not_written:
         to_stderr("grapnel: error: the complete run of case {} is not in {}\n", k, place.string());
@@ -239,13 +240,13 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
     write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, numbers.success_map));
-  const StoredSeries series = keep_series(campaign, table, folder, what, stop);
+  const StoredSeries series = store_series(campaign, table, folder, what, stop);
   if (series.stopped || stop.poll()) return kInterrupted;
   const FolderReport report = write_folder_report(folder, ResultKind::campaign, what.no_report);
   if (!what.quiet) {
     to_stdout("{}\nresults in {}: table.h5, {}campaign.json{}{}\n{}", campaign_summary(campaign, numbers),
               folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", success_map.csv",
-              series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
+              series.stored > 0 ? fmt::format(", series of {} cases", series.stored) : "", report.line);
   }
   for (const std::string& warning : numbers.warnings) to_stderr("{}: warning: {}\n", campaign.file, warning);
   if (report.failed || !series.complete) return kSimulationFailed;

@@ -18,8 +18,8 @@
 
 namespace grapnel::app {
 
-/// Reads a campaign file. Empty if it has errors, which are printed on stderr if `say`.
-std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say = true);
+/// Reads a campaign file. Empty if it has errors, which are printed on stderr if `print_faults`.
+std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool print_faults = true);
 
 /// Prints the program version, the file and its digest on stdout unless quiet.
 void print_campaign(const Campaign& campaign, const CampaignRunOptions& options);
@@ -46,7 +46,7 @@ struct CampaignResults {
   int threads = 1;
 };
 
-/// Writes table.h5, table.csv, campaign.json, the complete runs to be kept (series/case-K) and report.html, and prints
+/// Writes table.h5, table.csv, campaign.json, the stored complete runs (series/case-K) and report.html, and prints
 /// a summary. Returns the exit code. @throws std::exception (disk)
 int write_campaign_results(const Campaign& campaign, const std::filesystem::path& folder, const CampaignResults& what,
                            StopSignal& stop);

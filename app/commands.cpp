@@ -142,8 +142,9 @@ int print_schema(const SchemaOptions& options) {
 
 int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
   std::vector<fs::path> files;
-  for (const auto& [asked, name] : {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
-    if (asked) files.push_back(folder / name);
+  for (const auto& [requested, name] :
+       {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
+    if (requested) files.push_back(folder / name);
   note_results(folder);
   if (!may_write(files)) return kBadInput;
   try {

@@ -23,7 +23,7 @@ inline constexpr int kDone = 0;
 inline constexpr int kSimulationFailed = 1;
 inline constexpr int kBadInput = 2;
 inline constexpr int kSomeFailed = 3;
-inline constexpr int kInterrupted = 130;  // Ctrl-C; all completed results are kept
+inline constexpr int kInterrupted = 130;  // Ctrl-C; all completed results are retained
 
 struct RunOptions {
   std::filesystem::path scenario;

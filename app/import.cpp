@@ -89,7 +89,7 @@ class SettingsOfArguments {
   FaultList& faults_;
 };
 
-void say(const std::vector<ImportDecision>& decisions) {
+void print_decisions(const std::vector<ImportDecision>& decisions) {
   for (const ImportDecision& one : decisions) {
     const std::string file = one.mark.source ? *one.mark.source : std::string();
     to_stdout("{}\n", printable_line(one.mark.line > 0
@@ -121,7 +121,7 @@ int import_robot_file(const ImportCommandOptions& options) {
     std::vector<Fault> warnings;
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
     if (!may_write({options.output})) return kBadInput;
-    say(imported->decisions);
+    print_decisions(imported->decisions);
     print_errors(warnings);
     std::string comment = fmt::format("Made by grapnel import from {}. Decisions of the import are in comments.",
                                       printable_line(options.model.filename().string()));

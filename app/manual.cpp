@@ -22,13 +22,13 @@ struct Argument {
   bool positional = false, required = false, many = false;
 
   Completion completion() const {
-    const auto says = [&](std::string_view word) { return description.find(word) != std::string::npos; };
+    const auto mentions = [&](std::string_view word) { return description.find(word) != std::string::npos; };
     if (!choices.empty()) return Completion::choices;
     if (value != "TEXT") return Completion::nothing;
-    if (says("(YAML)")) return Completion::yaml_files;
+    if (mentions("(YAML)")) return Completion::yaml_files;
     if (description.starts_with("File")) return Completion::files;
-    if (says("Folder") || says("folder")) return Completion::folders;
-    return positional || says("page") ? Completion::files : Completion::nothing;
+    if (mentions("Folder") || mentions("folder")) return Completion::folders;
+    return positional || mentions("page") ? Completion::files : Completion::nothing;
   }
 };
 

@@ -91,7 +91,7 @@ struct Found {
   fs::path folder;
 };
 
-// Adds the rows of another folder; the longer list is kept. @throws Disagreement if rows of one case differ
+// Adds the rows of another folder; the longer list remains. @throws Disagreement if rows of one case differ
 void take_rows(Found& found, std::vector<CaseRow> rows, const fs::path& folder) {
   for (std::size_t i = 0; i < std::min(rows.size(), found.rows.size()); ++i) {
     if (same(rows[i], found.rows[i])) continue;

@@ -191,8 +191,8 @@ class Foreman {
   void run(const CampaignRunOptions& options, StopSignal& stop) {
     Progress shown(options.quiet);
     while (!away_.empty()) {
-      if (const auto said = world_.try_receive())
-        answer(*said, stop.poll());
+      if (const auto received = world_.try_receive())
+        answer(*received, stop.poll());
       else
         std::this_thread::sleep_for(kNap);
       stop.poll();
@@ -203,21 +203,21 @@ class Foreman {
   const std::string& failure() const { return failure_; }
 
  private:
-  void answer(const Message& said, bool stopping) {
-    if (said.kind == MessageKind::failed) {
-      if (failure_.empty()) failure_ = fmt::format("rank {}: {}", said.from, said.text);
-      away_.erase(said.from);
+  void answer(const Message& received, bool stopping) {
+    if (received.kind == MessageKind::failed) {
+      if (failure_.empty()) failure_ = fmt::format("rank {}: {}", received.from, received.text);
+      away_.erase(received.from);
       return;
     }
-    progress_.done += said.numbers[1];
-    progress_.successes += said.numbers[2];
-    progress_.not_ok += said.numbers[3];
+    progress_.done += received.numbers[1];
+    progress_.successes += received.numbers[2];
+    progress_.not_ok += received.numbers[3];
     if (stopping || waiting_.empty() || !failure_.empty()) {
-      world_.send(said.from, message(MessageKind::finish));
-      away_.erase(said.from);
+      world_.send(received.from, message(MessageKind::finish));
+      away_.erase(received.from);
       return;
     }
-    world_.send(said.from, message(MessageKind::work, {waiting_.front().block.number}));
+    world_.send(received.from, message(MessageKind::work, {waiting_.front().block.number}));
     waiting_.pop_front();
   }
 
@@ -293,21 +293,21 @@ void work(Campaign& campaign, const fs::path& folder, const World& world, StopSi
   Message report = message(MessageKind::ready, {kNoBlock});
   for (;;) {
     world.send(0, report);
-    const Message told = world.receive(0);
-    if (told.kind != MessageKind::work) return;
-    const Block block = block_at(told.numbers[0], store.block_size(), store.total());
+    const Message order = world.receive(0);
+    if (order.kind != MessageKind::work) return;
+    const Block block = block_at(order.numbers[0], store.block_size(), store.total());
     const ShardStore::Missing missing{block, store.rows(block).size()};
-    BlockInProgress on_its_way(store, missing);
+    BlockInProgress in_progress(store, missing);
     CaseProgress fresh;
     run_block(
         compute, missing, part_size,
         [&](std::vector<CaseRow> rows) {
           stop.poll();
           fresh.count(rows);
-          on_its_way.add(std::move(rows));
+          in_progress.add(std::move(rows));
         },
         stop.token());
-    on_its_way.keep();
+    in_progress.write_rows();
     report.numbers = {block.number, fresh.done, fresh.successes, fresh.not_ok};
   }
 }
@@ -321,9 +321,9 @@ int follow(Campaign* campaign, const fs::path& folder, const CampaignRunOptions&
     work(*campaign, folder, world, stop);
     return kDone;
   } catch (const std::exception& error) {
-    Message said = message(MessageKind::failed);
-    said.text = error_text(error);
-    world.send(0, said);
+    Message failure = message(MessageKind::failed);
+    failure.text = error_text(error);
+    world.send(0, failure);
     return kSimulationFailed;
   }
 }

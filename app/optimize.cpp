@@ -60,7 +60,7 @@ OptimizationOutcome search(const Optimization& optimization, const StudyOptions&
 }
 
 // Writes the evaluations of a stopped search, and the best of them without simulating it again.
-int keep_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder) {
+int write_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder) {
   if (outcome.evaluations.empty()) {
     to_stderr("{}: stopped before the first evaluation was complete; nothing is written\n", optimization.file);
     return kInterrupted;
@@ -85,14 +85,14 @@ int keep_stopped(const Optimization& optimization, const OptimizationOutcome& ou
 int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder,
                      const std::stop_token& stop) {
   const OptimizationOutcome outcome = search(optimization, options, stop);
-  if (stop.stop_requested()) return keep_stopped(optimization, outcome, folder);
+  if (stop.stop_requested()) return write_stopped(optimization, outcome, folder);
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   fs::remove(folder / "best.yaml");  // of an earlier search
   std::optional<Evaluation> after;
   try {
     if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml", stop);
   } catch (const EvaluationStopped&) {
-    return keep_stopped(optimization, outcome, folder);
+    return write_stopped(optimization, outcome, folder);
   }
   const Evaluation* shown = after ? &*after : nullptr;
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));

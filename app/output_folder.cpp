@@ -76,8 +76,8 @@ std::optional<NamedScenario> scenario_of_results(const fs::path& summary) {
 
 }  // namespace
 
-std::optional<fs::path> results_folder(const fs::path& asked, const fs::path& file, Outputs outputs) {
-  fs::path folder = asked.empty() ? fs::path("out") / file.stem() : asked;
+std::optional<fs::path> results_folder(const fs::path& requested, const fs::path& file, Outputs outputs) {
+  fs::path folder = requested.empty() ? fs::path("out") / file.stem() : requested;
   const std::string why = cannot_write_to(folder);
   if (!why.empty()) {
     to_stderr("grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);

@@ -22,10 +22,10 @@ enum class Outputs {
   images  // files that write_figure() names; checked individually
 };
 
-/// Makes the result folder: `asked`, or out/ and the file's name. Returns an empty value, with an error on stderr, if
-/// it is not writable, or if a file of the command would replace one of its inputs or something that is not a regular
-/// file. Call after all inputs have been read and before any work.
-std::optional<std::filesystem::path> results_folder(const std::filesystem::path& asked,
+/// Makes the result folder: `requested`, or out/ and the file's name. Returns an empty value, with an error on stderr,
+/// if it is not writable, or if a file of the command would replace one of its inputs or something that is not a
+/// regular file. Call after all inputs have been read and before any work.
+std::optional<std::filesystem::path> results_folder(const std::filesystem::path& requested,
                                                     const std::filesystem::path& file, Outputs outputs);
 
 /// Whether files may be written at these paths: none of them is an input of this command, a pipe or a device. Otherwise

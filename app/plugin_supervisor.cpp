@@ -58,8 +58,8 @@ sigset_t watched_signals() {
   return set;
 }
 
-// Waits for the end of the child. Returns its status, as from waitpid(); sets `asked` to a forwarded signal.
-int wait_for(pid_t child, const sigset_t& signals, int& asked) {
+// Waits for the end of the child. Returns its status, as from waitpid(); sets `forwarded` to a forwarded signal.
+int wait_for(pid_t child, const sigset_t& signals, int& forwarded) {
   for (;;) {
     int signal = 0;
     if (sigwait(&signals, &signal) != 0) continue;
@@ -70,7 +70,7 @@ int wait_for(pid_t child, const sigset_t& signals, int& asked) {
     } else if (signal == SIGCONT) {
       ::kill(child, SIGCONT);
     } else if (signal != SIGCHLD) {
-      asked = signal;
+      forwarded = signal;
       ::kill(child, signal);
     }
     int status = 0;
@@ -95,19 +95,19 @@ std::string end_text(int status) {
   ::_exit(128 + signal);
 }
 
-[[noreturn]] void end_like(int status, int asked) {
+[[noreturn]] void end_like(int status, int forwarded) {
   const PluginBlame& blame = shared->blame;
   const auto accuse = [&](const std::string& what) {
     to_stderr("grapnel: error: {}; files written so far are kept\n", blame_text(blame, what));
     ::_exit(kSimulationFailed);
   };
   if (shared->has_ended) {
-    if (WIFEXITED(status) || blame.said) ::_exit(blame.said ? kSimulationFailed : shared->code.load());
+    if (WIFEXITED(status) || blame.reported) ::_exit(blame.reported ? kSimulationFailed : shared->code.load());
     if (blame.plugin[0] != 0) accuse(fmt::format("crashed ({}) as the program ended", ::strsignal(WTERMSIG(status))));
     die_of(WTERMSIG(status));
   }
-  if (blame.said) ::_exit(kSimulationFailed);
-  if (WIFSIGNALED(status) && (WTERMSIG(status) == asked || blame.calls == 0)) die_of(WTERMSIG(status));
+  if (blame.reported) ::_exit(kSimulationFailed);
+  if (WIFSIGNALED(status) && (WTERMSIG(status) == forwarded || blame.calls == 0)) die_of(WTERMSIG(status));
   accuse(end_text(status));
   ::_exit(kSimulationFailed);
 }
@@ -122,9 +122,9 @@ void continue_in_child() {
   const pid_t watcher = ::getpid();
   const pid_t child = ::fork();
   if (child > 0) {
-    int asked = 0;
-    const int status = wait_for(child, signals, asked);
-    end_like(status, asked);
+    int forwarded = 0;
+    const int status = wait_for(child, signals, forwarded);
+    end_like(status, forwarded);
   }
   if (child == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);

@@ -41,9 +41,9 @@ CaptureResult failed(const CaptureProblem& problem, const std::string& why) {
 
 // Adds the warnings about the input to the error of a failed plan: implausible input is the most likely cause.
 void name_suspects(CaptureResult& result, const std::vector<std::string>& warnings) {
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMaxShown = 3;
   if (result.status != CaptureStatus::failed || !result.failure.starts_with("planning")) return;
-  for (std::size_t i = 0; i < std::min(warnings.size(), kMost); ++i)
+  for (std::size_t i = 0; i < std::min(warnings.size(), kMaxShown); ++i)
     result.failure += (i == 0 ? ". Check first: " : "; and: ") + warnings[i];
 }
 
@@ -231,7 +231,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
 namespace {
 
 // With more inputs than this, only the file lists the drawn values.
-constexpr std::size_t kMostListed = 40;
+constexpr std::size_t kMaxListed = 40;
 
 // The campaign files' word for a case.
 const char* word_of(const Campaign& campaign) { return campaign.kind == CampaignKind::sweep ? "point" : "case"; }
@@ -255,7 +255,7 @@ std::string comment_of(const Campaign& campaign, std::uint64_t k) {
   }
   text += fmt::format(", seed {}.\n", campaign.seed);
   const std::vector<double> drawn = campaign.draw(k);
-  for (std::size_t i = 0; i < std::min(drawn.size(), kMostListed); ++i) {
+  for (std::size_t i = 0; i < std::min(drawn.size(), kMaxListed); ++i) {
     const CampaignInput& input = campaign.inputs[i];
     text += fmt::format("  {}: {}{}\n", input.name, drawn[i],
                         input.unit.empty() || input.unit == "1" ? "" : " " + input.unit);
@@ -289,7 +289,7 @@ int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::pat
   return run_problem(problem, file, folder, switches);
 }
 
-int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& asked, const RunSwitches& switches) {
+int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& requested, const RunSwitches& switches) {
   // Cases beyond the campaign's own are those of --extend; a design has none.
   if (!campaign.design.empty() && k >= campaign.total()) {
     to_stderr("{0}: error: there is no {1} {2}: the {3} has {1}s 0 to {4}\n", campaign.file, word_of(campaign), k,
@@ -298,7 +298,8 @@ int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& asked, 
   }
   const fs::path file = campaign.file;
   const std::optional<fs::path> folder = results_folder(
-      asked.empty() ? fs::path("out") / fmt::format("{}-{}-{}", file.stem().string(), word_of(campaign), k) : asked,
+      requested.empty() ? fs::path("out") / fmt::format("{}-{}-{}", file.stem().string(), word_of(campaign), k)
+                        : requested,
       file, Outputs::case_run);
   if (!folder) return kBadInput;
   const StopSignal stop;

@@ -31,8 +31,8 @@ struct Written {
 };
 
 /// Writes summary.json, scene.json, scenario.json and timeseries.h5, also of a failed run, so that results before the
-/// failure are kept. An error in one file does not prevent the others. The summary is written first and the series,
-/// which are large, last, by `write_series`. Files that are not written are removed, since they would belong to an
+/// failure are retained. An error in one file does not prevent the others. The summary is written first; `write_series`
+/// writes the series, which are large, last. Files that are not written are removed, since they would belong to an
 /// earlier run.
 Written write_results(const CaptureProblem& problem, const CaptureResult& result, bool any_samples,
                       const std::function<void(const std::filesystem::path&)>& write_series,
@@ -53,14 +53,14 @@ struct RunSwitches {
 int run_problem(const CaptureProblem& problem, const std::filesystem::path& file, const std::filesystem::path& folder,
                 const RunSwitches& switches);
 
-/// Writes case k as a complete scenario, FOLDER/scenario.yaml, and runs that file as `grapnel run` does, so that the
-/// file is what is simulated. Returns the exit code.
+/// Writes case k as a complete scenario, FOLDER/scenario.yaml, and runs that file like `grapnel run`, so that the
+/// results belong to this file. Returns the exit code.
 int run_case_completely(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& folder,
                         const RunSwitches& switches);
 
-/// The same for --only: checks that the case exists, and chooses its folder; `asked`: the folder that the user named,
-/// or empty.
-int only_case(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& asked,
+/// The same for --only: checks that the case exists, and chooses its folder; `requested`: the folder that the user
+/// named, or empty.
+int only_case(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& requested,
               const RunSwitches& switches);
 
 }  // namespace grapnel::app

@@ -30,8 +30,8 @@ namespace grapnel::app {
 namespace {
 
 std::mutex mutex;
-bool progress_shown = false;      // the terminal shows a line without an end; guarded by mutex
-std::optional<std::string> kept;  // BufferedMessages; guarded by mutex
+bool progress_shown = false;          // the terminal shows a line without an end; guarded by mutex
+std::optional<std::string> buffered;  // BufferedMessages; guarded by mutex
 
 // Longer lines of stderr are truncated: a list in a message may have any length.
 constexpr std::size_t kLongestLine = 16384;  // [bytes]
@@ -64,15 +64,15 @@ bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
 void write_stdout(std::string_view lines) {
   const std::lock_guard lock(mutex);
-  if (kept) return;
+  if (buffered) return;
   erase_line();
   put(stdout, printable_lines(lines));
 }
 
 void write_stderr(std::string_view lines) {
   const std::lock_guard lock(mutex);
-  if (kept) {
-    *kept += with_short_lines(printable_lines(lines));
+  if (buffered) {
+    *buffered += with_short_lines(printable_lines(lines));
     return;
   }
   erase_line();
@@ -104,17 +104,17 @@ void erase_progress() {
 
 BufferedMessages::BufferedMessages() {
   const std::lock_guard lock(mutex);
-  kept.emplace();
+  buffered.emplace();
 }
 
 BufferedMessages::~BufferedMessages() {
   const std::lock_guard lock(mutex);
-  kept.reset();
+  buffered.reset();
 }
 
 std::string BufferedMessages::lines() const {
   const std::lock_guard lock(mutex);
-  return *kept;
+  return *buffered;
 }
 
 void print_errors(const std::vector<Fault>& faults) {
@@ -224,7 +224,7 @@ void Progress::show(const std::string& text, Clock::time_point now) {
 
 namespace {
 
-// For commands that have no results to keep.
+// For commands without results to retain.
 extern "C" void end_at_once(int) {
   note_end(kInterrupted);
   ::_exit(kInterrupted);
@@ -251,8 +251,8 @@ void prepare_process() {
   }
 }
 
-int threads_of(int asked) {
-  if (asked > 0) return asked;
+int threads_of(int requested) {
+  if (requested > 0) return requested;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

@@ -108,12 +108,12 @@ class SlowWarning {
 /// before anything else.
 void prepare_process();
 
-/// The number of threads: `asked`; 0: one per processor.
-int threads_of(int asked);
+/// The number of threads: `requested`; 0: one per processor.
+int threads_of(int requested);
 
 /// While an object exists, SIGINT, SIGTERM and SIGHUP request a stop; the second signal of a kind ends the program
 /// immediately. A thread waits for the signals, so that holders of the token are notified without calls of poll(). At
-/// most one object at a time; poll() from one thread. Callers with their own signal handlers pass a token instead.
+/// most one object at a time; one thread calls poll(). Callers with their own signal handlers pass a token instead.
 class StopSignal {
  public:
   explicit StopSignal(std::stop_token instead = {});

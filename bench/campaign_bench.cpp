@@ -1,8 +1,7 @@
-// Whole captures in lanes, per case: captures on which something acts from outside, in which loops are closed, whose
-// sensors are read, or that wait for arrivals, beside the same cases one by one, and blocks of a campaign over the
-// thesis's open-loop case 1, whose targets differ in mass and inertia from case to case. The first case of each block
-// is the thesis's own. The ledger's bounds of all cases and the end-state error of the first are checked in every timed
-// run.
+// Whole captures in lanes, per case. One group has external forces, closed loops, sensors or grasps on arrival, and is
+// compared with the same cases run one by one. The other is a block of a campaign over the thesis's open-loop case 1,
+// whose target masses and inertias differ between cases; its first case is unchanged. Every timed run checks the
+// ledger's bounds of all cases and the end-state error of the first.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -31,7 +30,7 @@ void vary(std::uint64_t k, CaptureProblem& problem) {
   }
 }
 
-// A block over a problem, whose cases are independent of each other's.
+// A block of cases of the problem with varied targets.
 Campaign campaign_of(const CaptureProblem& problem) {
   Campaign campaign;
   campaign.cases = kBlock;
@@ -45,7 +44,7 @@ Campaign campaign_of(const CaptureProblem& problem) {
   return campaign;
 }
 
-// Columns as a campaign keeps them; the last is how far the end is from where it should be.
+// The columns of a campaign, and the end-state error.
 Campaign campaign_of(const CaptureWorkload& workload) {
   Campaign campaign = campaign_of(workload.problem);
   campaign.columns.push_back({"end_error", "", "", [&workload](const StudyCase&, const CaptureResult& r) {
@@ -60,7 +59,7 @@ std::size_t ledger_column(const Campaign& campaign) {
   return pass;
 }
 
-// What is wrong with the rows of a block; null: nothing.
+// The error in the rows of a block; null: none.
 const char* fault_of(const Campaign& campaign, const std::vector<CaseRow>& rows, std::size_t pass) {
   if (rows.size() != campaign.cases) return "cases are missing";
   for (const CaseRow& row : rows) {
@@ -79,7 +78,8 @@ void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::I
   }
 }
 
-// The same of a problem in which something acts from outside, loops close or grasps wait; without a set: one by one.
+// The same for a problem with external forces, closed loops or grasps on arrival; without an instruction set, one by
+// one.
 void disturbed(benchmark::State& state, const CaptureProblem& problem, std::optional<lanes::InstructionSet> set) {
   const Campaign campaign = campaign_of(problem);
   const std::size_t pass = ledger_column(campaign);
@@ -117,8 +117,8 @@ void register_campaign() {
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
   register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
   register_disturbed("thesis/closed-loop", "closed_loop");                   // both arms on one target, joints free
-  // What ticks say, case by case: sensors with noise, and computed torque that takes the target for another one.
-  // Planned once, since planning would take most of the time.
+  // Controller updates run case by case: noisy sensors, and computed torque with an assumed target that differs from
+  // the true one. The plan is computed once, since planning would take most of the time.
   register_disturbed("noisy-sensors", "sensors",
                      {{"control", "{period: 0.1, delay: 0.01}"},
                       {"approach",
@@ -131,7 +131,7 @@ void register_campaign() {
   const Override as_found{"contact", "{gap: weld_as_found}"};
   register_disturbed(thesis1 + "-planned", "base_held", {{"robot.base.mode", "held"}, as_found});
   register_disturbed(thesis1 + "-planned", "base_fixed", {{"robot.base.mode", "fixed"}, as_found});
-  register_disturbed(thesis1, "on_arrival",  // each arm on its own
+  register_disturbed(thesis1, "on_arrival",  // each arm separately
                      {{"robot.end_effectors.tip-1.envelope", "{position: 0.2}"},
                       {"robot.end_effectors.tip-2.envelope", "{position: 0.25}"},
                       {"grasps[0].closes_on_arrival", "true"},

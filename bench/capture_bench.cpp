@@ -1,5 +1,5 @@
-// A whole capture as a case of a campaign: approach, impact and motion afterwards in plain double. The ledger's bounds
-// and the end-state error are checked in every timed run.
+// A whole capture as a case of a campaign: approach, impact and post-impact motion in double. Every timed run checks
+// the ledger's bounds and the end-state error.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ void capture(benchmark::State& state, const CaptureWorkload& workload) {
   state.counters["rhs"] = static_cast<double>(evaluations);
 }
 
-// What a case costs besides its motion: the same capture with phases that are over in a step or two.
+// The cost of a case without its motion: the same capture with phases of one or two steps.
 void capture_alone(benchmark::State& state, CaptureProblem problem) {
   problem.approach->duration = problem.post_impact->duration = 1e-3;
   problem.integration.relative_tolerance = problem.integration.absolute_tolerance = 1e-3;
@@ -37,8 +37,8 @@ void capture_alone(benchmark::State& state, CaptureProblem problem) {
   }
 }
 
-// The same capture with drives: their controllers none (joints follow exactly, then nothing drives them), continuous,
-// or sampled at 100 Hz; as a case of a campaign, or with all that a run records.
+// The same capture with driven joints. Controllers: none (prescribed approach, free joints afterwards), continuous, or
+// sampled at 100 Hz. Recorded as a case of a campaign, or as a complete run.
 CaptureProblem driven(CaptureProblem problem, bool has_controller, bool sampled) {
   if (has_controller) {
     const std::size_t joints = problem.joint_position.size();
@@ -48,7 +48,7 @@ CaptureProblem driven(CaptureProblem problem, bool has_controller, bool sampled)
     tracking.kp.assign(joints, 4), tracking.kd.assign(joints, 4);
     after.kp.assign(joints, 4), after.kd.assign(joints, 4);
   }
-  problem.contact = {};  // what misses by a little holds all the same
+  problem.contact = {};  // captures despite small gaps
   if (sampled) problem.control.emplace().timing = {0.01, 0.01};
   return problem;
 }
@@ -73,7 +73,7 @@ void register_controlled(const CaptureProblem& problem) {
   };
   for (const Case& c :
        {Case{"none", false, false}, Case{"computed_torque", true, false}, Case{"computed_torque_100hz", true, true}}) {
-    // With the tolerances and the output of a run.
+    // With the tolerances and the output of `grapnel run`.
     const CaptureProblem file = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml");
     CaptureProblem bare = driven(problem, c.has_controller, c.sampled);
     bare.integration = file.integration;

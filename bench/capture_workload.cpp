@@ -13,7 +13,7 @@
 namespace grapnel::bench {
 namespace {
 
-// The plan's final values and rates as stated ones: no case of a campaign plans again.
+// States the plan's final values and rates in the problem, so that the cases of a campaign do not plan again.
 void freeze_plan(CaptureProblem& problem, const ApproachPlan& plan) {
   ApproachSetup& approach = *problem.approach;
   approach.plan.reset();

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A whole capture for benchmarks: the thesis's open-loop case 1, its plan frozen, with the tolerances that an
-/// end-state error of 1e-8 takes.
+/// A whole capture for benchmarks: the thesis's open-loop case 1 with its planned final state frozen, and the
+/// tolerances required for an end-state error of 1e-8.
 
 #include <string>
 #include <vector>
@@ -14,7 +14,7 @@
 
 namespace grapnel::bench {
 
-/// What an end-state error may be: the largest difference of any coordinate or velocity [m, rad, m/s, rad/s].
+/// Maximum end-state error: the largest difference of any coordinate or velocity [m, rad, m/s, rad/s].
 inline constexpr double kEndError = 1e-8;
 
 struct CaptureWorkload {
@@ -25,13 +25,13 @@ struct CaptureWorkload {
   std::vector<double> end;              // end_numbers() of a run at the tightest tolerances
 };
 
-/// From scenarios/thesis/open-loop-case-1.yaml: without clearance and output, its final rates as planned once.
+/// scenarios/thesis/open-loop-case-1.yaml without clearance and output, with the planned final rates frozen.
 CaptureWorkload thesis_capture();
 
-/// scenarios/NAME.yaml without clearance and output, its plan, if there is one, frozen.
+/// scenarios/NAME.yaml without clearance and output; its plan, if any, frozen.
 CaptureProblem frozen_scenario(const std::string& name, const std::vector<Override>& overrides = {});
 
-/// The impact's outcome at the approach's end, with the targets welded to the arms that grasp them.
+/// The result of the impact at the end of the approach, with the targets welded to the arms that grasp them.
 CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);
 
 /// Base and joints of a state after the capture: position, quaternion (scalar part positive), joint values, velocity
@@ -39,7 +39,7 @@ CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);
 std::vector<double> end_numbers(const CaptureSystem& system, const State& state);
 std::vector<double> end_numbers(const PhaseEnd& end);
 
-/// Largest difference from the workload's end.
+/// Largest difference from the workload's end state.
 double end_error(const CaptureWorkload& workload, const std::vector<double>& numbers);
 
 }  // namespace grapnel::bench

@@ -13,7 +13,7 @@ namespace {
 
 using Shared = std::shared_ptr<const Workload>;
 
-// Registers `body(state, forces)`, called with the ring of cases in turn.
+// Registers `body(state, forces)`, which cycles through the cases.
 template <class Make>
 void add(const std::string& function, const Shared& workload, double flops, Make make) {
   benchmark::RegisterBenchmark((function + "/" + workload->name).c_str(), [=](benchmark::State& loop) {
@@ -40,7 +40,7 @@ void add_forward_dynamics(const Shared& workload) {
 
 void add_others(const Shared& workload) {
   add("inverse_dynamics", workload, count_inverse_dynamics(*workload).flops(), [](const Workload& w) {
-    // Accelerations differ from case to case as well: the forces' numbers serve.
+    // Accelerations differ between cases too; they reuse the numbers of the forces.
     return [&w, workspace = Workspace(w.model), tau = std::vector<double>(w.model.velocities())](
                const State& state, const Forces& forces) mutable {
       inverse_dynamics(w.model, state, forces.generalized, {}, workspace, tau);

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Registration of the benchmarks. Names are `<function>/<workload>`; a peer's has the peer's name in front,
-/// `mujoco:<function>/<workload>`, and answers the same question for the same states. `<function>@<set>/<workload>` is
-/// the function in lanes of an instruction set, per state.
+/// Registration of the benchmarks. Names are `<function>/<workload>`. Another engine's benchmark has the engine's name
+/// in front, `mujoco:<function>/<workload>`, and computes the same result for the same states.
+/// `<function>@<set>/<workload>` is the function in lanes of an instruction set, per state.
 
 namespace grapnel::bench {
 
@@ -16,9 +16,9 @@ void register_plan();
 void register_capture();
 void register_campaign();
 void register_rollouts();
-void register_mujoco();           // where MuJoCo was found
-void register_mujoco_loops();     // likewise
-void register_mujoco_capture();   // likewise
-void register_mujoco_rollouts();  // likewise
+void register_mujoco();           // if MuJoCo is installed
+void register_mujoco_loops();     // same condition
+void register_mujoco_capture();   // same condition
+void register_mujoco_rollouts();  // same condition
 
 }  // namespace grapnel::bench

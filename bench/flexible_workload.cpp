@@ -18,7 +18,7 @@ constexpr double kAccuracy = 0.01;
 // 1 + cos b cosh b = 0.
 constexpr std::array kClamped{1.87510406871, 4.69409113297, 7.85475743824, 10.9955407349};
 
-// The pieces of a link in the middles of n segments: hinges with k = E I / h.
+// The segments of a link divided at the middles of n parts: hinges with k = E I / h.
 void add_by_middles(const BodyDescription& link, int n, std::vector<BodyDescription>& bodies) {
   const double h = kLength / n;
   BodyDescription piece = link;
@@ -103,7 +103,7 @@ FlexibleWorkload make(const std::string& name, int arms, int joints, bool altern
     }
     BodyDescription link = link_of(body.description.name, body.description.parent, JointType::revolute);
     link.joint.axis = body.description.joint.axis, link.X_PF = body.description.X_PF;
-    if (rigid.bodies()[static_cast<std::size_t>(body.parent)].parent >= 0) {  // on the last piece of its parent
+    if (rigid.bodies()[static_cast<std::size_t>(body.parent)].parent >= 0) {  // on the last segment of its parent
       link.parent = last;
       link.X_PF.p[0] = kLength;
     }

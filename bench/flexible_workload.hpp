@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Robots whose links bend, cut into pieces in two ways: as Grapnel does, at the Gauss points of segments, and as
-/// engines without beams are used, in the middles of segments. Both with as few pieces as keep the frequencies of so
-/// many modes of a clamped link within one percent.
+/// Robots with flexible links, divided into rigid segments in two ways: at the Gauss points of beam segments, as in
+/// Grapnel, and at the middles of segments, as for engines without beams. Both use the minimum number of segments that
+/// keeps the frequencies of the stated number of modes of a clamped link within one percent.
 
 #include "bench/workload.hpp"
 
@@ -13,13 +13,13 @@ enum class Cut { gauss, middles };
 
 struct FlexibleWorkload {
   Workload workload;
-  int hinges = 0;    // in a link
+  int hinges = 0;    // per link
   double error = 0;  // largest relative error of the modes' frequencies
 
   std::string description() const;
 };
 
-/// "a" with three modes a link and "b" with two, of links that bend in the plane in which their joints turn.
+/// "a" with three modes per link and "b" with two; the links bend in the plane of rotation of their joints.
 std::vector<FlexibleWorkload> flexible_targets(Cut cut);
 
 }  // namespace grapnel::bench

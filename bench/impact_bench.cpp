@@ -1,8 +1,8 @@
-// The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm grasping a
-// separate target; and the latter with all arms on one target (arms x joints of each). The same impacts as compliant
-// impacts, with grasps that yield: an implicit stepper whose stages and Jacobians are evaluated in packs, per
-// instruction set, and in doubles. Contacts with restitution and friction: a path and those by which its spread is
-// found, likewise.
+// The plastic impact: ImpactSolver, the fast method, and plastic_impact(), the reference, with a separate target per
+// arm; plastic_impact() also with all arms on one target (arms x joints of each). The same impacts as compliant impacts
+// with compliant grasps: an implicit integrator whose stages and Jacobians are evaluated in packs, per instruction set,
+// and in doubles. Contacts with restitution and friction: one path, and the paths that determine its spread, in the
+// same variants.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ using SharedImpact = std::shared_ptr<const ImpactWorkload>;
 
 std::string target_name(int i) { return "target" + std::to_string(i); }
 
-// The robot with free targets, each grasped rigidly by the ends of its arms: every arm has its own, or all have one.
+// The robot with free targets, grasped rigidly by its end-effectors: one target per arm, or one for all arms.
 SharedImpact make_impacts(const std::string& name, int arms, int joints, bool alternate, bool own_targets) {
   ModelBuilder builder = describe_robot(arms, joints, alternate);
   for (int i = 0; i < (own_targets ? arms : 1); ++i) {
@@ -49,11 +49,11 @@ SharedImpact make_impacts(const std::string& name, int arms, int joints, bool al
     const Kinematics k = forward_kinematics(model, state);
     std::vector<Grasp>& grasps = impacts.grasps.emplace_back();
     for (int arm = 0; arm < arms; ++arm) {
-      const int hand = model.body_index("link" + std::to_string(arm) + "." + std::to_string(joints - 1));
+      const int end_effector = model.body_index("link" + std::to_string(arm) + "." + std::to_string(joints - 1));
       const int target = model.body_index(target_name(own_targets ? arm : 0));
-      grasps.push_back({hand, target, GraspModel::rigid, k.X_WB[hand] * Vector3d{1, 0, 0}, {0, 0, 1}});
+      grasps.push_back({end_effector, target, GraspModel::rigid, k.X_WB[end_effector] * Vector3d{1, 0, 0}, {0, 0, 1}});
       if (!own_targets && arm > 0) continue;
-      // The target's surface is at the end-effector (the first that grasps it): its centre is a metre away.
+      // The contact point is at the first end-effector that grasps the target; the target's centre is one metre away.
       const Vector3d axis{uniform(generator), uniform(generator), uniform(generator)};
       const Rotationd R = rotation_about((1 / norm(axis)) * axis, 3 * uniform(generator));
       set_root_pose(model, target, {R, grasps.back().p_WC + R.column(0)}, state);
@@ -62,7 +62,7 @@ SharedImpact make_impacts(const std::string& name, int arms, int joints, bool al
   return std::make_shared<const ImpactWorkload>(std::move(impacts));
 }
 
-// Both routes must answer the same before they are timed.
+// Both methods must give the same result before they are timed.
 void check(const ImpactWorkload& impacts) {
   ImpactSolver solver(impacts.base.model, impacts.grasps[0]);
   for (int i = 0; i < Workload::kCases; ++i) {
@@ -106,7 +106,7 @@ void add_plastic_impact(const SharedImpact& impacts) {
   });
 }
 
-// --- In time ---
+// --- Compliant impacts ---
 
 using Set = std::optional<lanes::InstructionSet>;
 constexpr double kUntil = 0.1;  // [s]
@@ -163,7 +163,7 @@ void add_steps(const SharedImpact& impacts) {
 
 // --- Contacts ---
 
-// As contact_impact() asks for them: the path of random contacts, and 2 n with other stiffness ratios.
+// As in contact_impact(): the path of random contacts, and 2 n paths with other stiffness ratios.
 std::vector<ContactPathProblem> make_paths(int contacts, unsigned seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);

@@ -1,5 +1,5 @@
-// Forward dynamics in lanes, per state: `forward_dynamics@avx512/a` and so on, with whatever sets run here; with closed
-// loops `loop_dynamics@avx512/a` and so on.
+// Forward dynamics in lanes, per state: `forward_dynamics@avx512/a` etc. for all instruction sets supported here; with
+// closed loops `loop_dynamics@avx512/a` etc.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 using lanes::InstructionSet;
 
-// Numbers in lanes: entry i of a pack's lane l at [i * width + l], pack after pack.
+// Numbers in lanes, pack after pack: entry i of lane l of a pack is at [i * width + l].
 class Packed {
  public:
   Packed(int packs, int entries, int width)
@@ -47,7 +47,7 @@ class Packed {
   std::unique_ptr<double, Free> values_;
 };
 
-// A workload's states, eight or fewer to a pack, and a model with the robot in every lane.
+// A workload's states, at most eight per pack, and a model with the robot in every lane.
 struct LaneWorkload {
   const lanes::KernelTable& kernels;
   int packs;
@@ -84,7 +84,7 @@ struct LaneWorkload {
   }
 };
 
-// Stops where a state's accelerations are not those that it has alone.
+// Stops if a state's accelerations differ from those computed without lanes.
 void check(const LoopWorkload& workload, LaneWorkload& lanes) {
   const Workload& w = workload.base;
   const int width = lanes.kernels.width, n = w.model.velocities();
@@ -109,7 +109,7 @@ void check(const LoopWorkload& workload, LaneWorkload& lanes) {
   }
 }
 
-// `flops` of a state; 0: they are not counted.
+// `flops`: operations per state; 0: not counted.
 void add(const std::string& function, const std::shared_ptr<const LoopWorkload>& workload, InstructionSet set,
          double flops) {
   const std::string name = function + "@" + std::string(lanes::name(set)) + "/" + workload->base.name;
@@ -117,7 +117,7 @@ void add(const std::string& function, const std::shared_ptr<const LoopWorkload>&
     LaneWorkload lanes(workload->base, workload->closures, set);
     check(*workload, lanes);
     int p = 0;
-    // A batch is a pack: times are per state.
+    // A batch is one pack; times are per state.
     while (loop.KeepRunningBatch(lanes.kernels.width)) {
       lanes.run(p);
       benchmark::ClobberMemory();

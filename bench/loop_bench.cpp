@@ -1,5 +1,5 @@
-// Closed loops: accelerations with the closures' forces, and the impact that closes loops in velocity. A workload's
-// name without letters is arms x joints of each.
+// Closed loops: accelerations with the constraint forces of the closures, and the impact that closes loops in velocity.
+// A workload name without letters gives arms x joints per arm.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

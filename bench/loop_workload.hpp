@@ -8,14 +8,14 @@
 
 namespace grapnel::bench {
 
-/// The states of `base` fit the closures in position and velocity; `open` holds velocities that do not.
+/// The states of `base` satisfy the closures in position and velocity; the velocities in `open` do not.
 struct LoopWorkload {
   Workload base;
   std::vector<LoopClosure> closures;
   std::vector<std::vector<double>> open;  // per state
 };
 
-/// The robot of make_workload(), the end of each arm but the last welded to that of the next: arms - 1 loops.
+/// The robot of make_workload() with the end of each arm but the last welded to that of the next: arms - 1 loops.
 LoopWorkload make_loops(const std::string& name, int arms, int joints, bool alternate);
 
 /// (a) and (b) with one loop.

@@ -1,6 +1,6 @@
-// Runs every benchmark several times in mixed order and prints one line for each: the least time, which is what the
-// machine can do when nothing disturbs it, the median, and the ratio to the peer measured in the same run.
-// Google Benchmark's options apply, --benchmark_filter=forward_dynamics for instance.
+// Runs every benchmark several times in mixed order and prints one line for each: the minimum time, which excludes
+// disturbances by other processes, the median, and the ratio to the peak measured in the same run.
+// The options of Google Benchmark apply, e.g. --benchmark_filter=forward_dynamics.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ class Table : public benchmark::BenchmarkReporter {
       if (run.run_type != Run::RT_Iteration) continue;
       const std::string name = run.run_name.function_name;
       Line& line = lines_[name];
-      // A workload of many cases may say itself what stands for them.
+      // A workload of many cases may report its own time per case.
       const auto own = run.counters.find("microseconds");
       line.microseconds.push_back(own != run.counters.end()
                                       ? static_cast<double>(own->second)
@@ -66,7 +66,7 @@ class Table : public benchmark::BenchmarkReporter {
       return sorted[sorted.size() / 2];
     }
   };
-  // Grapnel's before its peers', by function, small workloads before large ones (chain7 before chain14).
+  // Sorted by function: Grapnel before other engines, small workloads before large ones (chain7 before chain14).
   struct Order {
     bool operator()(const std::string& x, const std::string& y) const { return key(x) < key(y); }
     static std::tuple<bool, std::string, std::size_t, std::string> key(const std::string& name) {
@@ -86,7 +86,7 @@ bool given(int argc, char** argv, std::string_view option) {
 
 int main(int argc, char** argv) {
   std::vector<char*> arguments(argv, argv + argc);
-  // Defaults; mixed order so that a slow spell of the machine does not meet one benchmark alone.
+  // Defaults. The order is mixed so that a slow period of the machine does not affect a single benchmark.
   std::string mixed = "--benchmark_enable_random_interleaving=true";
   std::string repetitions = "--benchmark_repetitions=20";
   std::string minimum_time = "--benchmark_min_time=0.02";

@@ -1,5 +1,5 @@
-// MuJoCo on the same robots and states, in its leanest honest form: no contacts, constraints, actuators, passive forces
-// or sensors, one thread, no warm start.
+// MuJoCo on the same robots and states in its fastest comparable configuration: no contacts, constraints, actuators,
+// passive forces or sensors, one thread, no warm start.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -93,7 +93,7 @@ class Peer {
     for (int k = 0; k < 3; ++k) v[k] = linear[k];
     return v;
   }
-  // Both must answer the same question before they are timed.
+  // Both must give the same result before they are timed.
   void check(const Workload& workload) {
     for (int i = 0; i < Workload::kCases; ++i) {
       load_case(i);

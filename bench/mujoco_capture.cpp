@@ -1,6 +1,6 @@
-// The thesis's capture with MuJoCo's Runge-Kutta method: the same robot, targets, references and torques; then the
-// targets welded to the arms with the velocities after the impact, which MuJoCo does not compute. Timed is the stepping
-// alone, at the largest step of a sequence that reaches the end-state error.
+// The thesis's capture with MuJoCo's Runge-Kutta method: the same robot, targets, references and torques. For the
+// second phase, the targets are welded to the arms, with Grapnel's post-impact velocities, because MuJoCo does not
+// compute them. Only the stepping is timed, at the largest step of a sequence that meets the end-state error.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -51,13 +51,13 @@ void control(const mjModel*, mjData* data) {
   }
 }
 
-// One phase of motion. A free joint's velocity is [linear in W; angular in B] there.
+// One phase of motion. In MuJoCo a free joint's velocity is [linear in W; angular in B].
 class Phase {
  public:
   explicit Phase(const Model& model)
       : grapnel_(model), model_(load_capture(testing::mjcf(model))), data_(mj_makeData(model_.get()), mj_deleteData) {
     model_->opt.integrator = mjINT_RK4;
-    // Actuation stays on: it calls the controller.
+    // Actuation stays enabled: it calls the controller.
     model_->opt.disableflags |=
         mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_PASSIVE | mjDSBL_SENSOR | mjDSBL_WARMSTART | mjDSBL_GRAVITY;
     for (const Body& b : model.bodies()) {
@@ -92,7 +92,7 @@ class Phase {
     }
   }
 
-  // From the start over a time that is a multiple of the step.
+  // Steps from the start over a time that is a multiple of the step.
   void run(double duration, double step) {
     mjData* data = data_.get();
     data->time = 0;
@@ -132,7 +132,7 @@ class Phase {
   Controller controller_;
 };
 
-// Both phases at one step.
+// Both phases with one step size.
 class CapturePeer {
  public:
   CapturePeer(const CaptureWorkload& workload, double step)
@@ -169,7 +169,7 @@ void register_mujoco_capture() {
   mjcb_control = control;
   const CaptureWorkload workload = thesis_capture();
   std::shared_ptr<CapturePeer> peer;
-  // Steps that both phases are whole multiples of, each some 5 % shorter than the one before.
+  // Steps that divide the durations of both phases, each about 5 % shorter than the previous one.
   for (int steps = 400; steps < 20000; steps += steps / 20) {
     peer = std::make_shared<CapturePeer>(workload, 10.0 / steps);
     if (peer->error() <= kEndError) {

@@ -1,4 +1,4 @@
-// MuJoCo's steps of the same robots, states and efforts, by the same methods and steps, on one thread.
+// MuJoCo's steps of the same robots, states and efforts, with the same methods and step sizes, on one thread.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -15,8 +15,8 @@
 namespace grapnel::bench {
 namespace {
 
-// Both must answer the same question before they are timed: the same steps by Euler's method, the same motion by RK4,
-// whose quaternions the two integrate in different ways.
+// Both must give the same result before they are timed: the same steps by Euler's method, the same motion by RK4, for
+// which the engines integrate quaternions differently.
 void check(const RolloutWorkload& w, bool rk4) {
   const std::size_t size = static_cast<std::size_t>(w.state_size), steps = RolloutWorkload::kSteps;
   std::vector<double> ours(w.initial.size() * steps), theirs(size * steps);

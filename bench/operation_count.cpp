@@ -18,14 +18,14 @@ Counted operator+(Counted a, Counted b) { return ++tally.additions, a.value + b.
 Counted operator-(Counted a, Counted b) { return ++tally.additions, a.value - b.value; }
 Counted operator*(Counted a, Counted b) { return ++tally.multiplications, a.value * b.value; }
 Counted operator/(Counted a, Counted b) { return ++tally.divisions, a.value / b.value; }
-Counted operator-(Counted a) { return -a.value; }  // folds into what uses it
+Counted operator-(Counted a) { return -a.value; }  // counts with the operation that uses it
 Counted& operator+=(Counted& a, Counted b) { return a = a + b; }
 Counted& operator-=(Counted& a, Counted b) { return a = a - b; }
 [[maybe_unused]] Counted& operator*=(Counted& a, Counted b) { return a = a * b; }
 Counted sin(Counted a) { return ++tally.sine_cosines, std::sin(a.value); }
 Counted cos(Counted a) { return std::cos(a.value); }
 
-// One case of a workload in the counting scalar.
+// One case of a workload with the counting scalar.
 struct CountedCase {
   Tree<Counted> tree;
   std::vector<Counted> q, v, force, result, applied;

@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// What the kernels cost on paper: they run on a scalar that counts.
+/// Operation counts of the kernels, obtained with a counting scalar.
 
 #include "bench/workload.hpp"
 
 namespace grapnel::bench {
 
-/// Additions, subtractions and multiplications count one each, and so does a division; a product and a sum that the
-/// compiler fuses count two. Sines and cosines are apart: a pair counts one.
+/// Additions, subtractions, multiplications and divisions count one each; a fused product and sum counts two. Sines and
+/// cosines are counted separately: a pair counts one.
 struct OperationCount {
   int additions = 0;
   int multiplications = 0;

@@ -1,5 +1,5 @@
-// What this machine can do at most, by instruction set: products and sums in registers, and stores to the first-level
-// cache. The lanes' shares of it show their bottleneck.
+// Peak performance of this machine, by instruction set: multiplications and additions in registers, and stores to the
+// first-level cache. The shares of the lane kernels show their bottleneck.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -21,8 +21,8 @@ using Two = double __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
 using Eight = double __attribute__((vector_size(64)));
 
-// Inlined into functions that are compiled for one instruction set each; this file itself is compiled for the least of
-// them. SSE2 has no fused operation: a product and a sum.
+// Inlined into functions compiled for one instruction set each; this file itself is compiled for the lowest one. SSE2
+// has no fused operation: it uses a multiplication and an addition.
 template <class V>
 [[gnu::always_inline]] inline double multiply_add(double factor) {
   V x[kChains];

@@ -1,4 +1,4 @@
-/// Planning: from targets and grasp points to joint trajectories, for scenarios that are shipped.
+/// Planning: joint trajectories from targets and grasp points, for shipped scenarios.
 
 #include <benchmark/benchmark.h>
 
@@ -16,7 +16,7 @@
 namespace grapnel::bench {
 namespace {
 
-// `objective`: in place of what the scenario has, for one that states the final joint values too.
+// `objective` replaces that of the scenario, which may also state the final joint values.
 void plan(benchmark::State& state, const char* file, std::optional<ObjectiveKind> objective) {
   CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + file);
   if (objective) {
@@ -34,7 +34,7 @@ void plan(benchmark::State& state, const char* file, std::optional<ObjectiveKind
   state.counters["rhs"] = static_cast<double>(evaluations);
 }
 
-// How long it takes to say that there is no plan.
+// The time to find that no plan exists.
 void refuse(benchmark::State& state, const testing::ImpossiblePlan& impossible) {
   const CaptureProblem problem = impossible.problem();
   long evaluations = 0;
@@ -47,7 +47,8 @@ void refuse(benchmark::State& state, const testing::ImpossiblePlan& impossible) 
   state.counters["rhs"] = static_cast<double>(evaluations);
 }
 
-// Two arms with tilted axes, drawn from 50 seeds: the search alone. Its time is the median of the cases' least.
+// Two arms with tilted axes, drawn from 50 seeds: the search alone. Its time is the median of the minimum times of the
+// cases.
 void plan_tilted(benchmark::State& state) {
   constexpr unsigned kCases = 50;
   std::vector<testing::TiltedArms> cases;

@@ -1,5 +1,5 @@
-/// Plans with many constraints along the approach, one line of CSV each: the problem, the objective and how
-/// long it takes. With the lines of another build as argument, what has changed against them.
+/// Plans with many constraints along the approach, one line of CSV each: the problem, the objective and the CPU time.
+/// With the lines of another build as argument, prints the differences.
 ///
 ///   build/release/bin/plan_survey > now.csv
 ///   build/release/bin/plan_survey before.csv > now.csv
@@ -35,7 +35,7 @@ class Survey {
     std::printf("demand,found,objective,seconds\n");
   }
 
-  void ask(const std::string& demand, const CaptureProblem& problem) {
+  void evaluate(const std::string& demand, const CaptureProblem& problem) {
     const std::clock_t begin = std::clock();
     const ApproachPlan plan = plan_approach(problem, plan_targets(problem));
     const Answer now{plan.failure.empty(), plan.report.objective_value,
@@ -86,40 +86,40 @@ CaptureProblem load(const char* scenario) {
   return p;
 }
 
-// Limits in steps from what the plan without them has to beyond what can be kept.
-void ask_limits(Survey& survey, const std::string& name, const CaptureProblem& free) {
-  constexpr double kNoRate = 1e3, kNoEffort = 1e5;  // limits that limit nothing
+// Limits in steps from those of the unconstrained plan to infeasible ones.
+void survey_limits(Survey& survey, const std::string& name, const CaptureProblem& free) {
+  constexpr double kNoRate = 1e3, kNoEffort = 1e5;  // no limit in practice
   for (const char* kind : {"rate", "effort", "position", "clearance", "turn"}) {
     const std::string of = kind;
     CaptureProblem loose = free;
     loose.approach->plan->knots = 0;
-    loose.approach->plan->limits = PlanSetup::Limits::on_the_way;
+    loose.approach->plan->limits = PlanSetup::Limits::during_approach;
     for (BodyDescription& b : loose.robot.bodies) b.joint.limits.rate = kNoRate, b.joint.limits.effort = kNoEffort;
     if (of == "clearance") loose.approach->plan->clearance = 1e-4;
     if (of == "turn") loose.approach->plan->base_turn = 3;
     const ApproachPlan plan = plan_approach(loose, plan_targets(loose));
-    if (!plan.failure.empty() || !plan.report.way) continue;
-    const auto& way = *plan.report.way;
+    if (!plan.failure.empty() || !plan.report.path) continue;
+    const auto& path = *plan.report.path;
     for (const double level : {0.95, 0.8, 0.65, 0.5, 0.35}) {
       CaptureProblem p = free;
       PlanSetup& setup = *p.approach->plan;
-      setup.limits = PlanSetup::Limits::on_the_way;
+      setup.limits = PlanSetup::Limits::during_approach;
       for (BodyDescription& b : p.robot.bodies) {
-        if (of == "rate") b.joint.limits.rate = kNoRate * way.rate_share.value_or(1) * level;
-        if (of == "effort") b.joint.limits.effort = kNoEffort * way.effort_share.value_or(1) * level;
+        if (of == "rate") b.joint.limits.rate = kNoRate * path.rate_share.value_or(1) * level;
+        if (of == "effort") b.joint.limits.effort = kNoEffort * path.effort_share.value_or(1) * level;
         if (of == "position") b.joint.limits.lower *= level, b.joint.limits.upper *= level;
       }
-      if (of == "clearance" && !way.clearance) continue;
-      if (of == "clearance") setup.clearance = *way.clearance + 0.15 * (1 - level);
-      if (of == "turn") setup.base_turn = std::max(1e-3, way.base_turn * level);
+      if (of == "clearance" && !path.clearance) continue;
+      if (of == "clearance") setup.clearance = *path.clearance + 0.15 * (1 - level);
+      if (of == "turn") setup.base_turn = std::max(1e-3, path.base_turn * level);
       char at[16];
       std::snprintf(at, sizeof at, "%.2f", level);
-      survey.ask(name + " " + of + " " + at, p);
+      survey.evaluate(name + " " + of + " " + at, p);
     }
   }
 }
 
-void ask_objectives(Survey& survey, const std::string& name, const CaptureProblem& free) {
+void survey_objectives(Survey& survey, const std::string& name, const CaptureProblem& free) {
   using Kind = ObjectiveKind;
   const std::pair<const char*, Kind> kinds[] = {
       {"effort", Kind::effort},           {"base_attitude", Kind::base_attitude},
@@ -130,14 +130,14 @@ void ask_objectives(Survey& survey, const std::string& name, const CaptureProble
     for (const bool limited : {false, true}) {
       CaptureProblem p = free;
       p.approach->plan->objective = objective;
-      if (limited) p.approach->plan->limits = PlanSetup::Limits::on_the_way, p.approach->plan->base_turn = 0.2;
-      survey.ask(name + " objective " + kind + (limited ? " turn 0.2" : ""), p);
+      if (limited) p.approach->plan->limits = PlanSetup::Limits::during_approach, p.approach->plan->base_turn = 0.2;
+      survey.evaluate(name + " objective " + kind + (limited ? " turn 0.2" : ""), p);
     }
   }
 }
 
-// Boxes on the first target, in the way of the first arm; the same numbers everywhere.
-void ask_boxes(Survey& survey, const char* scenario, int count) {
+// Boxes on the first target that obstruct the first arm; the same numbers on every platform.
+void survey_boxes(Survey& survey, const char* scenario, int count) {
   std::mt19937_64 generator(7);
   const auto between = [&](double a, double b) {
     return a + (b - a) * std::ldexp(static_cast<double>(generator() >> 11), -53);
@@ -148,8 +148,9 @@ void ask_boxes(Survey& survey, const char* scenario, int count) {
     plan.clearance = 0.01, plan.near_grasp = 0.4, plan.knots.reset();
     const GraspSetup& grasp = p.grasps[0];
     const Posed X_WT = plan_targets(p).capture[0].X_WT;
-    const Vector3d way = X_WT * grasp_point_of(p, grasp).X_TG.p - p.X_WB.p;
-    const Vector3d z = (1 / norm(way)) * way, other = std::abs(z[2]) < 0.9 ? Vector3d{0, 0, 1} : Vector3d{1, 0, 0};
+    const Vector3d offset = X_WT * grasp_point_of(p, grasp).X_TG.p - p.X_WB.p;
+    const Vector3d z = (1 / norm(offset)) * offset,
+                   other = std::abs(z[2]) < 0.9 ? Vector3d{0, 0, 1} : Vector3d{1, 0, 0};
     Vector3d x = cross(other, z);
     x = (1 / norm(x)) * x;
     const Vector3d y = cross(z, x);
@@ -157,9 +158,9 @@ void ask_boxes(Survey& survey, const char* scenario, int count) {
                  up = between(-0.15, 0.15);
     Geometry box{Geometry::Shape::box, {side, side, between(0.15, 0.3)}};
     const Rotationd R{{{x[0], y[0], z[0]}, {x[1], y[1], z[1]}, {x[2], y[2], z[2]}}};
-    box.X_BG = inverse(X_WT) * Posed{R, p.X_WB.p + along * way + right * x + up * y};
+    box.X_BG = inverse(X_WT) * Posed{R, p.X_WB.p + along * offset + right * x + up * y};
     p.targets[0].geometry.push_back(box);
-    survey.ask(std::string(scenario) + " box " + std::to_string(i), p);
+    survey.evaluate(std::string(scenario) + " box " + std::to_string(i), p);
   }
 }
 
@@ -188,11 +189,11 @@ void run(int argc, char** argv) {
       else
         p.approach->plan->knots = 0;
       const std::string name = std::string(scenario) + (splines ? " splines" : "");
-      ask_limits(survey, name, p);
-      ask_objectives(survey, name, p);
+      survey_limits(survey, name, p);
+      survey_objectives(survey, name, p);
     }
   }
-  ask_boxes(survey, "first-plan", 100), ask_boxes(survey, "dual-arm-tumbling-targets", 30);
+  survey_boxes(survey, "first-plan", 100), survey_boxes(survey, "dual-arm-tumbling-targets", 30);
   survey.conclude();
 }
 

@@ -1,4 +1,4 @@
-// Rollouts by steps of one length, on one thread, per step of a case: `rollout_rk4@avx512/a` and so on.
+// Rollouts with a fixed step size, on one thread, per step of a case: `rollout_rk4@avx512/a` etc.
 #include <benchmark/benchmark.h>
 
 #include <memory>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What rollouts are given, ours and a peer's: cases of one robot with efforts that change from step to step.
+/// Input of rollouts with Grapnel and other engines: cases of one robot with efforts that change from step to step.
 
 #include <vector>
 
@@ -18,7 +18,7 @@ struct RolloutWorkload {
   int state_size = 0, control_size = 0;
 };
 
-/// Of the robots (a) and (b) of targets().
+/// For the robots (a) and (b) of targets().
 inline std::vector<RolloutWorkload> rollout_targets() {
   std::vector<RolloutWorkload> result;
   for (Workload& base : targets()) {

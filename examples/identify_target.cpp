@@ -13,7 +13,7 @@
 namespace {
 
 // Sensor readings twice per second in one segment of the run.
-std::vector<grapnel::MotionSample> fly(const grapnel::MotionTask& task) {
+std::vector<grapnel::MotionSample> simulate(const grapnel::MotionTask& task) {
   std::vector<grapnel::MotionSample> samples;
   grapnel::PhaseDynamics dynamics(*task.model, *task.setup);
   const auto record = [&](const grapnel::PhaseSample& sample) {
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
       if (task->phase != "post_impact") continue;
       const grapnel::Model& model = *task->model;
       const int frame = model.frame_index("target:" + problem.targets[0].name);
-      grapnel::IdentificationTask exact{model, frame, fly(*task)}, noisy = exact;
+      grapnel::IdentificationTask exact{model, frame, simulate(*task)}, noisy = exact;
       noisy.noise = {1e-6, 1e-6, 1e-6};
       const int root = model.bodies()[model.frames()[frame].body].root;
       const std::vector<double> deviations = rate_deviations(model, root, noisy.noise);

@@ -111,7 +111,7 @@ void PlantInstance::check_mode(std::initializer_list<Mode> allowed) const {
     throw Refused(Status::error, fmt::format("must not be called {}", name_of(mode_)));
 }
 
-Status PlantInstance::tell(const char* name, Status status, const std::string& why) const {
+Status PlantInstance::report(const char* name, Status status, const std::string& why) const {
   const bool failed = status >= Status::error;
   log_(status, failed ? "logStatusError" : "logStatusDiscard", fmt::format("{}: {}", name, why));
   return status;

@@ -55,17 +55,17 @@ class PlantInstance {
       function();
       return Status::ok;
     } catch (const Refused& refused) {
-      return tell(name, refused.status, refused.what());
+      return report(name, refused.status, refused.what());
     } catch (const std::exception& error) {
       mode_ = Mode::failed;
-      return tell(name, Status::error, error.what());
+      return report(name, Status::error, error.what());
     } catch (...) {
       mode_ = Mode::failed;
-      return tell(name, Status::error, "an exception of unknown type");
+      return report(name, Status::error, "an exception of unknown type");
     }
   }
   /// For functions that this plant does not support.
-  Status refuse(const char* name, const std::string& why) const { return tell(name, Status::error, why); }
+  Status refuse(const char* name, const std::string& why) const { return report(name, Status::error, why); }
 
   void set(PlantVariable::Type type, unsigned reference, double value);
   double get(PlantVariable::Type type, unsigned reference);
@@ -85,7 +85,7 @@ class PlantInstance {
 
  private:
   void check_mode(std::initializer_list<Mode> allowed) const;
-  Status tell(const char* name, Status status, const std::string& why) const;
+  Status report(const char* name, Status status, const std::string& why) const;
   const PlantVariable& variable_at(PlantVariable::Type type, unsigned reference) const;
   void need_run();
   void take_outputs();

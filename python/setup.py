@@ -37,10 +37,10 @@ def is_for_this_python(folder):
     if not python or settings(folder).get("GRAPNEL_PYTHON", "OFF") == "OFF":
         return False
     tag = "import sysconfig; print(sysconfig.get_config_var('EXT_SUFFIX'))"
-    said = subprocess.run([python, "-c", tag], capture_output=True, text=True, check=False).stdout.strip()
+    reported = subprocess.run([python, "-c", tag], capture_output=True, text=True, check=False).stdout.strip()
     import sysconfig
 
-    return said == sysconfig.get_config_var("EXT_SUFFIX")
+    return reported == sysconfig.get_config_var("EXT_SUFFIX")
 
 
 class Build(build_ext):

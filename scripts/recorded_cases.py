@@ -85,7 +85,7 @@ VARIATIONS = {
 # Errors in studies: a shipped file, the replaced text (first occurrence), and its replacement.
 ANGLE, AFFINE, RATIO = "optimize-angle.yaml", "thesis-affine.yaml", "mass-ratio.yaml"
 CAMPAIGN, DESIGN = "thesis-uncertain-target.yaml", "thesis-success-map.yaml"
-SLIPS = (
+FILE_MISTAKES = (
     (RATIO, "simulate: impact", "simulate: impakt"), (RATIO, "axes:", "axis:"), (RATIO, "count: 41", "count: 0"),
     (RATIO, "quantity: mass_ratio", "quantity: mass_ration"), (RATIO, "from: 1e-6", "from: -1"), (RATIO, "1e4", "1e4 kg"),
     (RATIO, "seven-joint-dual-capture", "eight-joint-dual-capture"), (RATIO, "scenario: ", "scenario: scenario: "),
@@ -304,30 +304,30 @@ def wrong_inputs(inputs):
         if (folder / "robot.yaml").exists():
             commands.append(("robot", ["info", "robot.yaml"]))
         found.append(Case("fuzz", folder.name, commands, cwd=f"fuzz/{folder.name}"))
-    for number, (file, _, _) in enumerate(SLIPS):
-        slip = slip_file(number)
+    for number, (file, _, _) in enumerate(FILE_MISTAKES):
+        mistaken = mistaken_file(number)
         command = command_of((inputs / "studies" / file).read_text())
-        arguments = [command, f"studies/{slip}", "-o", f"{OUT}/slips/{number:03}", "--no-report", "--quiet", "-j", "1"]
-        found.append(Case("slips", slip.removesuffix(".yaml"), [(command, arguments)]))
+        arguments = [command, f"studies/{mistaken}", "-o", f"{OUT}/slips/{number:03}", "--no-report", "--quiet", "-j", "1"]
+        found.append(Case("slips", mistaken.removesuffix(".yaml"), [(command, arguments)]))
     found += [Case("mistakes", name, [("mistake", shlex.split(words))]) for name, words in MISTAKES.items()]
     return found
 
 
-def slip_file(number):
-    return f"slip-{number:03}-{SLIPS[number][0]}"
+def mistaken_file(number):
+    return f"slip-{number:03}-{FILE_MISTAKES[number][0]}"
 
 
 def prepare(inputs, corpus):
-    """Completes a copy of the repository's inputs: shorter studies, slips, the fuzzer's corpus as files. Raises ValueError
-    if a slip no longer fits its study."""
+    """Completes a copy of the repository's inputs: shorter studies, studies with mistakes, the fuzzer's corpus as files.
+    Raises ValueError if a mistake no longer fits its study."""
     for path in (inputs / "studies").glob("*.yaml"):
         path.write_text(shortened(path.read_text()))
-    slips = {}
-    for number, (file, old, new) in enumerate(SLIPS):
+    mistaken_files = {}
+    for number, (file, old, new) in enumerate(FILE_MISTAKES):
         text = (inputs / "studies" / file).read_text()
         if old not in text:
             raise ValueError(f"scripts/recorded_cases.py: there is no {old!r} in studies/{file} any more")
-        slips[slip_file(number)] = text.replace(old, new, 1)
+        mistaken_files[mistaken_file(number)] = text.replace(old, new, 1)
     for path in sorted(corpus.iterdir()):
         folder = inputs / "fuzz" / path.name
         folder.mkdir(parents=True)
@@ -336,7 +336,7 @@ def prepare(inputs, corpus):
         (folder / "set").write_bytes(b"")
         for name, content in zip(parts[1::2], parts[2::2]):
             (folder / name.decode()).write_bytes(content)
-    return slips
+    return mistaken_files
 
 
 def all_cases(inputs, help_of):

@@ -141,10 +141,10 @@ def first_words(text):
     return " ".join(words)
 
 
-def draw(program, scenario, kept):
+def draw(program, scenario, cache):
     """Runs a scenario and draws it into the folder `kept`. Returns its entry in the gallery, or the error."""
     name = scenario.relative_to(ROOT / "scenarios").with_suffix("").as_posix()
-    picture, entry, folder = (kept / f"{name.replace('/', '-')}{ending}" for ending in (".svg", ".md", ""))
+    picture, entry, folder = (cache / f"{name.replace('/', '-')}{ending}" for ending in (".svg", ".md", ""))
     if entry.exists():
         return entry.read_text(), None
     done = run(program, "run", scenario, "-o", folder, "--no-report")
@@ -173,10 +173,10 @@ def gallery(program, out):
     for folder in ("scenarios", "robots", "targets", "meshes"):
         for file in sorted((ROOT / folder).rglob("*.*")):
             state.update(file.as_posix().encode() + file.read_bytes())
-    kept = out / "gallery" / state.hexdigest()[:16]
-    if not kept.exists():
-        shutil.rmtree(kept.parent, ignore_errors=True)
-        kept.mkdir(parents=True)
+    cache = out / "gallery" / state.hexdigest()[:16]
+    if not cache.exists():
+        shutil.rmtree(cache.parent, ignore_errors=True)
+        cache.mkdir(parents=True)
     text = ("# Pictures of all scenarios\n\nThe build of this page ran every scenario that comes with Grapnel and drew it by `grapnel figure DIR --what strobe`.\n"
             "Early configurations are light, late ones dark. One panel shows the approach, the other the motion after the impact.\n"
             "Each picture is followed by its command and the verdicts that the command prints.\n")
@@ -185,14 +185,14 @@ def gallery(program, out):
         for folder, title in GALLERY:
             scenarios = sorted((ROOT / folder).glob("*.yaml"))
             text += f"\n## {title}\n\n"
-            for scenario, (entry, fault) in zip(scenarios, pool.map(lambda s: draw(program, s, kept), scenarios)):
+            for scenario, (entry, fault) in zip(scenarios, pool.map(lambda s: draw(program, s, cache), scenarios)):
                 faults += [fault] if fault else []
                 text += "#" + (entry or "# " + scenario.name) + "\n"
                 copy = out / "source" / "files" / scenario.relative_to(ROOT)
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(scenario, copy)
     (out / "source" / "gallery").mkdir(parents=True)
-    for picture in kept.glob("*.svg"):
+    for picture in cache.glob("*.svg"):
         shutil.copyfile(picture, out / "source" / "gallery" / picture.name)
     return text, faults
 

@@ -25,12 +25,12 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
       plan_(plan),
       begin_(begin),
       servicer_(make_servicer(problem)),
-      flown_(make_moving_servicer(problem)),
-      simulated_start_(initial_servicer_state(problem, flown_)),
-      start_state_(without_inner_motion(flown_, simulated_start_, servicer_)),
+      simulated_servicer_(make_moving_servicer(problem)),
+      simulated_start_(initial_servicer_state(problem, simulated_servicer_)),
+      start_state_(without_inner_motion(simulated_servicer_, simulated_start_, servicer_)),
       base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
       motion_(free_motion(servicer_.model, start_state_, begin, problem.gravity)),
-      watch_(most_evaluations(), look_of(progress, most_evaluations())),
+      watch_(max_evaluations(), progress_callback(progress, max_evaluations())),
       time_(begin) {
   base_.be_watched_by(&watch_);
   if (approach_.plan && approach_.plan->idle_joints == PlanSetup::IdleJoints::held) hold_idle_joints();
@@ -47,7 +47,7 @@ ApproachPlanner::ApproachPlanner(const CaptureProblem& problem, const TargetPlan
     rate_limit_.push_back(joint.limits.rate);
     effort_limit_.push_back(joint.limits.effort);
   }
-  if (approach_.base_control && base_.floats()) keep_attitude();
+  if (approach_.base_control && base_.floats()) hold_attitude();
 }
 
 // Problem => plan_: stated trajectories, or one segment per waypoint, then the final segment or the stand-off with the
@@ -82,13 +82,13 @@ void ApproachPlanner::close() {
   plan_.report.final_rates = rate_;
 }
 
-void ApproachPlanner::keep_attitude() {
+void ApproachPlanner::hold_attitude() {
   PlacedLinks links;
   base_.place(position_, links);
   const Symmetric3d inertia = links.composite[0].rotational_about_com();
-  if (!keeps_attitude(*approach_.base_control, inertia, shortest_motion())) return;
-  base_.keep_attitude();
-  X_WB_.R = attitude_control(*approach_.base_control, flown_, simulated_start_).R_WD;
+  if (!holds_attitude(*approach_.base_control, inertia, shortest_motion())) return;
+  base_.hold_attitude();
+  X_WB_.R = attitude_control(*approach_.base_control, simulated_servicer_, simulated_start_).R_WD;
   X_WB_.p = motion_.p_WCom - X_WB_.R * links.com;
 }
 
@@ -109,8 +109,8 @@ void ApproachPlanner::hold_idle_joints() {
   base_.hold(std::move(held));
 }
 
-// Final values and spline of a segment => its pieces in plan_, and time, joints, rates and base pose at its end. The
-// base is integrated by (6.5) only if a later segment or a check needs its pose.
+// Final values and spline of a segment => its joint trajectories in plan_, and time, joints, rates and base pose at its
+// end. The base is integrated by (6.5) only if a later segment or a check needs its pose.
 void ApproachPlanner::advance(double end, const std::vector<double>& position, const std::vector<double>& rate,
                               int knots, const std::vector<double>& coefficients) {
   SegmentStart start = segment_to(end);
@@ -119,12 +119,12 @@ void ApproachPlanner::advance(double end, const std::vector<double>& position, c
   SegmentEnd at_end;
   // The base pose at this time is needed by later segments and as a check.
   if (end < approach_.duration || detail_ == CaptureDetail::full) {
-    at_end = segment.fly(position, rate, false, SegmentAccuracy::full, coefficients);
+    at_end = segment.integrate(position, rate, false, SegmentAccuracy::full, coefficients);
     if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
   }
   for (std::size_t j = 0; j < position.size(); ++j) {
-    const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], coefficients);
-    plan_.joints[j].pieces.insert(plan_.joints[j].pieces.end(), pieces.begin(), pieces.end());
+    const auto segments = segment.joint_segments(static_cast<int>(j), position[j], rate[j], coefficients);
+    plan_.joints[j].segments.insert(plan_.joints[j].segments.end(), segments.begin(), segments.end());
   }
   plan_.report.rhs_evaluations += segment.rhs_evaluations();
   time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
@@ -155,19 +155,19 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
   reach.starts = plan.starts, reach.seed = plan.seed;
   if (!plan.guess.empty()) reach.guess = plan.guess;
   reach.objective = Objective(objective_terms(plan), reach.start, reach.guess, lower_, upper_);
-  PathConstraints& way = reach.way;
-  way.limits = plan.limits == PlanSetup::Limits::on_the_way;
-  way.effort_limit = effort_limit_;
-  way.base_turn = plan.base_turn.value_or(way.base_turn);
-  way.R_WB0 = problem_.X_WB.R;
-  way.clearance = plan.clearance;
-  way.knots = plan.knots;
-  if (plan.wheel_momentum || weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0) set_wheels(way);
-  if (attitude_kept()) refuse_turning(plan);
+  PathConstraints& constraints = reach.constraints;
+  constraints.limits = plan.limits == PlanSetup::Limits::during_approach;
+  constraints.effort_limit = effort_limit_;
+  constraints.base_turn = plan.base_turn.value_or(constraints.base_turn);
+  constraints.R_WB0 = problem_.X_WB.R;
+  constraints.clearance = plan.clearance;
+  constraints.knots = plan.knots;
+  if (plan.wheel_momentum || weight_in(plan, PlanSetup::Objective::wheel_momentum) > 0) set_wheels(constraints);
+  if (attitude_held()) refuse_turning(plan);
   if (plan.clearance || weight_in(plan, PlanSetup::Objective::clearance) > 0) {
-    way.bodies =
+    constraints.bodies =
         constraint_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
-    if (way.bodies->model.pairs().empty()) {
+    if (constraints.bodies->model.pairs().empty()) {
       throw Unplannable(
           "planning the approach: approach.plan requires clearance, but there is no pair of bodies to check: shapes "
           "('geometry') of the robot's links and of the targets are missing, or clearance.ignore excludes all pairs");
@@ -175,13 +175,13 @@ void ApproachPlanner::set_search(ReachProblem& reach) {
     check_start_clearance(reach);
   }
   if (weight_in(plan, PlanSetup::Objective::impulse) > 0 || weight_in(plan, PlanSetup::Objective::impulse_index) > 0)
-    way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
+    constraints.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
 }
 
 // State at the segment's begin => `reach` with the required clearance, which is reduced, with a warning, if the
 // approach is replanned and the bodies are nearer. Otherwise throws Unplannable with the nearest pairs.
 void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
-  if (!reach.way.clearance) return;
+  if (!reach.constraints.clearance) return;
   constexpr double kRounding = 1e-6;  // [m]; plans satisfy the clearance to this tolerance
   constexpr std::size_t kNamed = 3;   // pairs
   PlacedLinks links;
@@ -189,25 +189,25 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   PathSegment::SegmentPoint start;
   start.time = time_, start.position = position_, start.rate = rate_, start.X_WB = X_WB_, start.placed = &links;
   start.acceleration.assign(position_.size(), 0.0);
-  PathConstraintCheck look(base_, reach);
-  std::vector<PathConstraintCheck::Found> found = look.scan(
+  PathConstraintCheck check(base_, reach);
+  std::vector<PathConstraintCheck::Found> found = check.scan(
       1, [&](int) { return start; }, 0, -std::numeric_limits<double>::infinity(), nullptr);
   std::erase_if(found, [](const PathConstraintCheck::Found& f) {
-    return f.at.kept != PathConstraintCheck::Kept::clearance || f.value <= kRounding;
+    return f.at.kind != PathConstraintCheck::Kind::clearance || f.value <= kRounding;
   });
   if (found.empty()) return;
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.value > b.value; });
-  const ConstraintBodies& bodies = *reach.way.bodies;
+  const ConstraintBodies& bodies = *reach.constraints.bodies;
   std::set<std::pair<int, int>> seen;  // bodies may have several shapes
   std::erase_if(found, [&](const PathConstraintCheck::Found& f) {
     const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(f.at.index)];
     return !seen.insert(std::minmax(pair.body_a, pair.body_b)).second;
   });
-  const double asked = *reach.way.clearance, nearest = asked - found.front().value;
+  const double required = *reach.constraints.clearance, nearest = required - found.front().value;
   std::string pairs;
   for (std::size_t i = 0; i < std::min(kNamed, found.size()); ++i) {
     const ClearancePair& pair = bodies.model.pairs()[static_cast<std::size_t>(found[i].at.index)];
-    const double distance = asked - found[i].value;
+    const double distance = required - found[i].value;
     pairs += fmt::format(
         "{}'{}' and '{}' {}", pairs.empty() ? "" : ", ", bodies.names[pair.body_a], bodies.names[pair.body_b],
         distance < 0 ? fmt::format("overlap by {:.4g} m", -distance) : fmt::format("are {:.4g} m apart", distance));
@@ -215,65 +215,65 @@ void ApproachPlanner::check_start_clearance(ReachProblem& reach) {
   if (found.size() > kNamed) pairs += fmt::format(", and {} more pairs", found.size() - kNamed);
   if (begin_ > 0 && nearest > 0) {
     constexpr double kRoom = 0.99;
-    reach.way.clearance = kRoom * nearest;
+    reach.constraints.clearance = kRoom * nearest;
     plan_.warnings.push_back(
         fmt::format("approach: replanned at t = {:.4g} s, where {}: the remaining approach keeps a clearance of {:.4g} "
                     "m instead of the {:.4g} m of approach.plan.clearance",
-                    time_, pairs, *reach.way.clearance, asked));
+                    time_, pairs, *reach.constraints.clearance, required));
     return;
   }
   throw Unplannable(fmt::format(
       "planning the approach: at the start of the segment, t = {:.4g} s, {}; the minimum clearance is {:.4g} m "
       "(approach.plan.clearance), and no motion changes the start: {}, set a smaller clearance, or add the pair to "
       "clearance.ignore",
-      time_, pairs, asked,
+      time_, pairs, required,
       time_ == 0 ? "change initial.joints or initial.base" : "change the waypoint at which the segment begins"));
 }
 
-// Wheels, momentum and attitude => momentum model (6.26) and its limit in `way`. If the begin of the segment exceeds
-// the limit: Unplannable, or a larger limit with a warning if the approach is replanned.
-void ApproachPlanner::set_wheels(PathConstraints& way) {
-  if (!attitude_kept()) {
+// Wheels, momentum and attitude => momentum model (6.26) and its limit in `constraints`. If the begin of the segment
+// exceeds the limit: Unplannable, or a larger limit with a warning if the approach is replanned.
+void ApproachPlanner::set_wheels(PathConstraints& constraints) {
+  if (!attitude_held()) {
     throw Unplannable(
         "planning the approach: the wheel momentum settings of approach.plan require an attitude-controlled base, but "
         "approach.base_control is too weak to hold the attitude while the joints move; increase its gains or set "
         "feedforward");
   }
-  way.wheels = planned_wheels(problem_, motion_, problem_.X_WB.R, X_WB_.R, begin_);
-  way.wheel_share = approach_.plan->wheel_momentum.value_or(way.wheel_share);
+  constraints.wheels = planned_wheels(problem_, motion_, problem_.X_WB.R, X_WB_.R, begin_);
+  constraints.wheel_share = approach_.plan->wheel_momentum.value_or(constraints.wheel_share);
   PlacedLinks links;
   base_.place(position_, links);
   const Vector3d u = FloatingBase::momentum_of_rates(links, rate_);
-  for (std::size_t i = 0; i < way.wheels->wheels.size(); ++i) {
-    const double share = std::abs(way.wheels->share(i, time_, u));
+  for (std::size_t i = 0; i < constraints.wheels->wheels.size(); ++i) {
+    const double share = std::abs(constraints.wheels->share(i, time_, u));
     constexpr double kRounding = 1e-6;  // tolerance of plans
-    if (share <= way.wheel_share + kRounding) continue;
+    if (share <= constraints.wheel_share + kRounding) continue;
     const std::string what = fmt::format(
         "wheel '{}' needs {:.6g} of its momentum capacity to hold the base's attitude at the segment's begin, t = "
         "{:.4g} s; the limit approach.plan.wheel_momentum is {:.6g}",
-        way.wheels->wheels[i].name, share, time_, way.wheel_share);
+        constraints.wheels->wheels[i].name, share, time_, constraints.wheel_share);
     if (begin_ == 0) {
       throw Unplannable("planning the approach: " + what + ", and no joint motion can change that");
     }
     // A replanned approach continues from the state of the controlled base. There is rarely a feasible trajectory
     // without any further increase of the momentum.
     constexpr double kRoom = 1.01;
-    way.wheel_share = kRoom * share;
-    plan_.warnings.push_back(
-        fmt::format("approach: replanned, {}; the limit for the remaining approach is {:.6g}", what, way.wheel_share));
+    constraints.wheel_share = kRoom * share;
+    plan_.warnings.push_back(fmt::format("approach: replanned, {}; the limit for the remaining approach is {:.6g}",
+                                         what, constraints.wheel_share));
   }
 }
 
 void ApproachPlanner::refuse_turning(const PlanSetup& plan) {
-  std::string asked = plan.base_turn ? "base_turn" : "";
+  std::string requested = plan.base_turn ? "base_turn" : "";
   for (const auto objective : {PlanSetup::Objective::base_attitude, PlanSetup::Objective::base_motion}) {
-    if (weight_in(plan, objective) > 0) asked += (asked.empty() ? "" : ", ") + std::string(name_of(objective));
+    if (weight_in(plan, objective) > 0) requested += (requested.empty() ? "" : ", ") + std::string(name_of(objective));
   }
-  if (asked.empty()) return;
+  if (requested.empty()) return;
   throw Unplannable(fmt::format(
       "planning the approach: {}: no base rotation is planned, because approach.base_control is assumed strong enough "
       "to hold the base's attitude; the simulation shows the actual rotation of the controlled base",
-      asked));
+      requested));
 }
 
 ReachSolution ApproachPlanner::solve(const ReachProblem& reach, const std::string& what) {
@@ -308,7 +308,7 @@ void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& sol
     const Objective::Term& term = reach.objective.terms()[i];
     r.terms.push_back({name_of(term.kind), term.weight, solution.terms[i]});
   }
-  if (solution.way) r.way = planned_way(reach, solution);
+  if (solution.figures) r.path = planned_path(reach, solution);
   r.miss.clear();
   for (std::size_t i = 0; i < reach.goals.size(); ++i) {
     r.miss.push_back({reach.goals[i].name, solution.miss[i].distance, solution.miss[i].angle});
@@ -322,23 +322,23 @@ void ApproachPlanner::report(const ReachProblem& reach, const ReachSolution& sol
 
 // Figures of a solution => report of its path: smallest margins and clearance, largest shares of limits, base rotation
 // [rad] and wheel shares (6.27).
-PlannedPath ApproachPlanner::planned_way(const ReachProblem& reach, const ReachSolution& solution) const {
-  const PathFigures& f = *solution.way;
-  PlannedPath way;
-  way.knots = solution.knots;
-  if (std::isfinite(f.position_margin)) way.position_margin = f.position_margin;
-  way.rate_share = f.rate_share > 0 ? std::optional(f.rate_share) : std::nullopt;
-  way.effort_share = f.effort_share;
+PlannedPath ApproachPlanner::planned_path(const ReachProblem& reach, const ReachSolution& solution) const {
+  const PathFigures& f = *solution.figures;
+  PlannedPath path;
+  path.knots = solution.knots;
+  if (std::isfinite(f.position_margin)) path.position_margin = f.position_margin;
+  path.rate_share = f.rate_share > 0 ? std::optional(f.rate_share) : std::nullopt;
+  path.effort_share = f.effort_share;
   if (f.clearance.pair >= 0) {
-    way.clearance = f.clearance.distance, way.clearance_time = f.clearance_time;
-    way.body_a = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_a)];
-    way.body_b = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_b)];
+    path.clearance = f.clearance.distance, path.clearance_time = f.clearance_time;
+    path.body_a = reach.constraints.bodies->names[static_cast<std::size_t>(f.clearance.body_a)];
+    path.body_b = reach.constraints.bodies->names[static_cast<std::size_t>(f.clearance.body_b)];
   }
-  way.attitude_kept = attitude_kept();
-  way.base_turn = f.base_turn;
+  path.attitude_held = attitude_held();
+  path.base_turn = f.base_turn;
   for (std::size_t i = 0; i < f.wheel_share.size(); ++i)
-    way.wheels.push_back({reach.way.wheels->wheels[i].name, f.wheel_share[i]});
-  return way;
+    path.wheels.push_back({reach.constraints.wheels->wheels[i].name, f.wheel_share[i]});
+  return path;
 }
 
 // Waypoint => segment to it: to its joints and rates, or to joints that bring the end-effectors to its positions and
@@ -408,17 +408,17 @@ std::vector<double> ApproachPlanner::settled_rates(const ReachProblem& reach, co
   if (reach.demand == RateDemand::given)
     return reach.given_rates.empty() ? std::vector<double>(n, 0.0) : reach.given_rates;
   Shooting shooting(base_, reach);
-  const ShootingIterate shot = shooting.shoot(position, std::vector<double>(n, 0.0));
+  const ShootingIterate iterate = shooting.shoot(position, std::vector<double>(n, 0.0));
   plan_.report.rhs_evaluations += shooting.rhs_evaluations();
-  if (!shot.valid) {
+  if (!iterate.valid) {
     throw Unplannable(
         "planning the approach: final joint rates did not converge; the final configuration may be near a singularity "
         "of the generalized Jacobian; other final_joints, or given final_rates, may help");
   }
-  warn_of_unmet(shot.unmet, shot.rate);
-  warn_of_rates(shot.rate, reach.start.end);
-  plan_.report.unmet_rate = shot.unmet;
-  return shot.rate;
+  warn_of_unmet(iterate.unmet, iterate.rate);
+  warn_of_rates(iterate.rate, reach.start.end);
+  plan_.report.unmet_rate = iterate.unmet;
+  return iterate.rate;
 }
 
 void ApproachPlanner::warn_of_unmet(double unmet, const std::vector<double>& rates) {
@@ -435,8 +435,8 @@ void ApproachPlanner::warn_of_approximation(const ReachProblem& reach, const Rea
   for (std::size_t i = 0; i < reach.goals.size(); ++i) {
     if (s.miss[i].distance <= kArrived && s.miss[i].angle <= kArrived) continue;
     plan_.warnings.push_back(fmt::format(
-        "approach: no exact solution for end-effector '{}'; the remaining error of the plan is {:.3g} m and {:.3g} "
-        "rad, within half its envelope (the joints, with the base that they move, cannot reduce it further)",
+        "approach: end-effector '{}' does not reach its demanded pose exactly; the plan ends {:.3g} m and {:.3g} rad "
+        "from it, within half its envelope; joint motion cannot reduce this error",
         reach.goals[i].name, s.miss[i].distance, s.miss[i].angle));
   }
 }

@@ -22,7 +22,7 @@
 
 namespace grapnel {
 
-/// Spline of the joints' motion on a segment, as PathSegment::fly() takes it.
+/// Spline of the joints' motion on a segment, as PathSegment::integrate() takes it.
 struct Spline {
   int knots = 0;
   std::vector<double> coefficients = {};
@@ -49,16 +49,17 @@ class ApproachPlanner {
   void close();
 
  private:
-  long most_evaluations() const { return approach_.plan.value_or(PlanSetup{}).max_evaluations; }
-  static WorkWatch::Look look_of(const CaptureProgress& progress, long most) {
+  long max_evaluations() const { return approach_.plan.value_or(PlanSetup{}).max_evaluations; }
+  static WorkWatch::Callback progress_callback(const CaptureProgress& progress, long limit) {
     if (!progress) return {};
-    return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
+    return
+        [&progress, limit](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(limit)); };
   }
 
   // For an attitude-controlled base: sets the base to its desired attitude from the start, about the same centre of
   // mass.
-  void keep_attitude();
-  bool attitude_kept() const { return base_.floats() && !base_.turns(); }
+  void hold_attitude();
+  bool attitude_held() const { return base_.floats() && !base_.turns(); }
 
   // Duration of the shortest part of the approach, for motions from rest to rest. Includes all parts even if only the
   // remaining approach is replanned.
@@ -78,7 +79,7 @@ class ApproachPlanner {
 
   // Applies the settings of approach.plan.
   void set_search(ReachProblem& reach);
-  void set_wheels(PathConstraints& way);
+  void set_wheels(PathConstraints& constraints);
 
   // Checks the clearance at the segment's begin. Bodies closer than approach.plan.clearance that no motion can separate
   // are an error. A replanned approach continues with the clearance that exists at its begin.
@@ -104,7 +105,7 @@ class ApproachPlanner {
   std::optional<Drift> drift(const ReachProblem& reach);
   std::string explain_base(const ReachProblem& reach);
   void report(const ReachProblem& reach, const ReachSolution& solution);
-  PlannedPath planned_way(const ReachProblem& reach, const ReachSolution& solution) const;
+  PlannedPath planned_path(const ReachProblem& reach, const ReachSolution& solution) const;
 
   // --- Waypoints
 
@@ -132,15 +133,15 @@ class ApproachPlanner {
   // Whether loads on the servicer, an orbital field, attitude control, rotors or flexible links act. Then joint motion
   // and constant momentum do not determine the base motion.
   bool disturbed() const;
-  bool bends() const { return !flown_.elastic_joints.empty(); }
-  bool has_rotors() const { return !flown_.wheels.empty() || !flown_.gyros.empty(); }
+  bool bends() const { return !simulated_servicer_.elastic_joints.empty(); }
+  bool has_rotors() const { return !simulated_servicer_.wheels.empty() || !simulated_servicer_.gyros.empty(); }
   bool loaded() const { return !loads_on(servicer_.model, problem_.loads).empty(); }
 
   // Description of the planned robot if it differs from the simulated one: "it ..."
   std::string planned_robot() const;
 
   // Whether to report the difference between planned and simulated robot: at the first plan only, not when replanning.
-  bool is_to_be_said_what_flies() const { return begin_ == 0 && !planned_robot().empty(); }
+  bool reports_model_difference() const { return begin_ == 0 && !planned_robot().empty(); }
 
   // Warns that simulations for plan corrections apply the attitude control's demand and the wheels, but no thrusters.
   void warn_of_thrusters();
@@ -153,12 +154,12 @@ class ApproachPlanner {
 
   // Goals for a rigid model of the servicer. With them the end-effectors of the flexible servicer, displaced by its
   // deflection, have the intended poses and velocities.
-  std::vector<Goal> less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const;
+  std::vector<Goal> less_bending(std::vector<Goal> goals, const State& simulated, const State& rigid) const;
 
   // Final state of the servicer in a simulation with exact joint tracking to these final values and all loads.
-  State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate,
-                      const Spline& spline, const StepWatch& watch = {});
-  State fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch = {});
+  State simulate_disturbed(const ReachProblem& reach, const std::vector<double>& position,
+                           const std::vector<double>& rate, const Spline& spline, const StepWatch& watch = {});
+  State simulate(const std::vector<JointTrajectory>& joints, double end, StepWatch watch = {});
 
   // Description of the motion of the base and its wheels in such a simulation.
   std::string what_it_does(const ReachProblem& reach, const std::vector<double>& position,
@@ -195,7 +196,7 @@ class ApproachPlanner {
   // A stand-off configuration and the final straight approach from it.
   struct StandOff {
     ReachSolution solution;
-    ConstrainedStraightIn piece;
+    ConstrainedStraightIn straight_in;
   };
   StandOff try_stand_off(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
 
@@ -203,7 +204,7 @@ class ApproachPlanner {
   // search. Otherwise tries other stand-offs: first those that satisfy the constraints to first order, then further
   // ones.
   StandOff enforce_path_constraints(StraightInProblem in, const ReachProblem& reach, ReachSolution solution);
-  std::optional<StandOff> begin_where_it_keeps(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
+  std::optional<StandOff> constrained_stand_off(StraightInProblem in, const ReachProblem& reach, const StandOff& from);
   std::optional<StandOff> stand_off_near(StraightInProblem in, const ReachProblem& reach,
                                          const std::vector<double>& guess, int starts);
 
@@ -219,36 +220,37 @@ class ApproachPlanner {
   // Final errors of the end-effectors relative to their goals of the straight approach.
   using Gaps = std::vector<GoalGap>;
   std::vector<Goal> final_goals(const StraightInProblem& in) const;
-  Gaps gaps_in_flight(const StraightInProblem& in, const State& end) const;
+  Gaps simulated_gaps(const StraightInProblem& in, const State& end) const;
   void report_gaps(const Gaps& gaps);
 
   // Subtracts the errors from the goals, in the targets' frames.
   void shift_goals(const Gaps& gaps, StraightInProblem& in) const;
 
-  // Plans, simulates and corrects the plan by the simulated errors, at most `most` times, until the plan is accurate or
-  // corrections no longer improve it. Starts from the present plan and keeps the best one. `plan` returns the errors of
-  // the plan itself, which no correction removes; `correct` receives the additional errors of the simulation.
+  // Plans, simulates and corrects the plan by the simulated errors, at most `max_corrections` times, until the plan is
+  // accurate or corrections no longer improve it. Starts from the present plan and keeps the best one. `plan` returns
+  // the errors of the plan itself, which no correction removes; `correct` receives the additional errors of the
+  // simulation.
   struct BySimulations {
-    std::function<Gaps()> plan, fly;
+    std::function<Gaps()> plan, simulate;
     std::function<void(const Gaps&)> correct;
   };
-  struct Flown {
+  struct SimulatedErrors {
     Gaps gaps;
     double beside = 0;  // largest error beyond that of the plan [m, rad, m/s, rad/s]
   };
-  Flown correct_by_simulations(const BySimulations& steps, int most);
+  SimulatedErrors correct_by_simulations(const BySimulations& steps, int max_corrections);
 
   // Plans the stand-off with corrections by simulation. The final straight approach uses the momentum, the centre of
   // mass and the target motion of a simulation of the plan. Repeats until the simulated errors are within tolerance.
-  void come_in_flown(StraightInProblem& in);
+  void come_in_simulated(StraightInProblem& in);
 
   // Residual angular velocity of an attitude-controlled base, in B [rad/s].
   Vector3d turn_beside(const State& servicer) const;
 
   // Simulates the plan: records the motion of servicer and targets during the approach and returns the final errors.
-  Gaps fly_over(const StraightInProblem& in, StraightInSurroundings& around);
+  Gaps simulate_approach(const StraightInProblem& in, StraightInSurroundings& around);
   std::function<std::vector<FreeBody>(double time)> targets_over(const StraightInProblem& in) const;
-  void warn_of_simulated_miss(const Flown& flown);
+  void warn_of_simulated_miss(const SimulatedErrors& errors);
 
   // Rejects a singularity at the end of the approach. One before the end is acceptable if the error decays.
   void require_arrival(const StraightInPath& path);
@@ -265,8 +267,8 @@ class ApproachPlanner {
   const CaptureDetail detail_;
   ApproachPlan& plan_;
   const double begin_;
-  CaptureSystem servicer_;  // for planning by momentum: wheels are fixed to the base
-  CaptureSystem flown_;     // with rotating wheels
+  CaptureSystem servicer_;            // for planning by momentum: wheels are fixed to the base
+  CaptureSystem simulated_servicer_;  // with rotating wheels
   State simulated_start_;
   State start_state_;  // of servicer_
   FloatingBase base_;

@@ -38,8 +38,8 @@ class Servicer {
   // (6.18), the point it is measured from and the arm's first joint, in W.
   explicit Servicer(const CaptureProblem& problem) : system_(make_servicer(problem)) {
     const Model& model = system_.model;
-    const CaptureSystem flown = make_moving_servicer(problem);
-    const State state = without_inner_motion(flown, initial_servicer_state(problem, flown), system_);
+    const CaptureSystem simulated = make_moving_servicer(problem);
+    const State state = without_inner_motion(simulated, initial_servicer_state(problem, simulated), system_);
     floats_ = problem.robot.base_mode == RobotSetup::Base::free;
     motion_ = free_motion(model, state, 0, problem.gravity);
     const Kinematics kinematics = forward_kinematics(model, state);
@@ -96,7 +96,7 @@ class WindowSearch {
         frame_(moving_frame(problem)),
         servicer_(seen_),
         progress_(progress),
-        most_(problem.approach->plan->max_evaluations),
+        max_evaluations_(problem.approach->plan->max_evaluations),
         step_(window_.step > 0 ? window_.step : (window_.latest - window_.earliest) / 50) {
     problem_.approach->window.reset();
     seen_.approach->window.reset();
@@ -109,7 +109,7 @@ class WindowSearch {
   CaptureTime run() {
     report_.time = kNone;
     if (!fastest_.empty()) report_.not_before = first_within_reach();
-    for (const double t : times()) look(t);
+    for (const double t : times()) evaluate(t);
     std::optional<std::size_t> best = chosen();
     if (best) {
       if (window_.choose == Choose::soonest)
@@ -168,23 +168,23 @@ class WindowSearch {
     while (in - out > kRefined * step_) {
       failures_ = kBetweenTries;  // a few initial guesses at each of these times
       const double middle = 0.5 * (out + in);
-      (look(middle).reachable ? in : out) = middle;
+      (evaluate(middle).reachable ? in : out) = middle;
     }
   }
 
   // Golden section search around the best sample, whose neighbours are worse or absent.
   void refine(std::size_t best) {
     constexpr double kGolden = 0.3819660112501051;  // (3 - sqrt 5)/2
-    double middle = report_.points[best].time, least = value(report_.points[best]);
+    double middle = report_.points[best].time, smallest = value(report_.points[best]);
     double begin = best > 0 ? report_.points[best - 1].time : middle;
     double end = best + 1 < report_.points.size() ? report_.points[best + 1].time : middle;
     while (end - begin > 2 * kRefined * step_) {
       const bool above = end - middle > middle - begin;
       const double t = middle + kGolden * (above ? end - middle : begin - middle);
-      const double there = value(look(t));
-      if (there < least) {
+      const double there = value(evaluate(t));
+      if (there < smallest) {
         (above ? begin : end) = middle;
-        middle = t, least = there;
+        middle = t, smallest = there;
       } else {
         (above ? end : begin) = t;
       }
@@ -193,7 +193,7 @@ class WindowSearch {
 
   // --- One time ---
 
-  const WindowPoint& look(double t) {
+  const WindowPoint& evaluate(double t) {
     WindowPoint point = where_things_are(t);
     if (point.reason.empty())
       plan(point);
@@ -208,7 +208,7 @@ class WindowSearch {
   TargetMotion target_at(const TargetSetup& target, double t) const {
     const TargetMotion given{target.X_WT, target.V_WT};
     if (target.given_at == TargetSetup::Instant::capture) return given;
-    return propagate_target(seen_, target, given, 0, t, [this](double) { tell(0); });
+    return propagate_target(seen_, target, given, 0, t, [this](double) { report_progress(0); });
   }
 
   // Goals of a run with this duration.
@@ -249,8 +249,8 @@ class WindowSearch {
       const GraspPoint& grasp_point = grasp_point_of(seen_, grasp);
       if (!grasp_point.approach_direction) continue;
       const double angle = angle_between(goal.direction_W, goal.X_WG.p - servicer_.first_joint(g, t));
-      const bool asked_for = seen_.approach->straight_in || grasp.orientation != GraspSetup::Orientation::free;
-      if (asked_for && angle > 0.5 * std::numbers::pi && point.reason.empty()) {
+      const bool is_constrained = seen_.approach->straight_in || grasp.orientation != GraspSetup::Orientation::free;
+      if (is_constrained && angle > 0.5 * std::numbers::pi && point.reason.empty()) {
         point.reason = fmt::format(
             "the approach direction of grasp point '{}' of '{}' points towards the servicer: it is {:.3g} deg off the "
             "line from the arm's first joint to the grasp point",
@@ -270,7 +270,7 @@ class WindowSearch {
   // Time of the point => reachability, reason and objective of the point; remembers the closest failed plan and its
   // final iterate. Throws std::runtime_error at the evaluation limit.
   void plan(WindowPoint& point) {
-    if (evaluations_ >= most_) {
+    if (evaluations_ >= max_evaluations_) {
       throw std::runtime_error(
           fmt::format("choosing the capture time: evaluation limit reached after {} evaluations of the servicer's "
                       "motion, at t = {:.6g} s of a window from {:.6g} to {:.6g} s; increase approach.window.step, "
@@ -320,13 +320,13 @@ class WindowSearch {
     if (!frame_.is_world()) at = seen_from(frame_, std::move(at));
     if (navigates(at)) at = estimated_problem(at);
     long done = 0;
-    const auto told = [&](const std::string&, double evaluations, double) {
+    const auto progress = [&](const std::string&, double evaluations, double) {
       done = static_cast<long>(evaluations);
-      tell(done);
+      report_progress(done);
     };
     ApproachPlan plan;
     try {
-      plan = plan_approach(at, plan_targets(at), CaptureDetail::columns, told);
+      plan = plan_approach(at, plan_targets(at), CaptureDetail::columns, progress);
     } catch (const std::runtime_error& error) {
       if (stopped_) throw;
       plan.failure = error.what();
@@ -335,10 +335,11 @@ class WindowSearch {
     return plan;
   }
 
-  void tell(long done) const {
+  void report_progress(long done) const {
     if (!progress_) return;
     try {
-      progress_(kPlanning, static_cast<double>(std::min(evaluations_ + done, most_)), static_cast<double>(most_));
+      progress_(kPlanning, static_cast<double>(std::min(evaluations_ + done, max_evaluations_)),
+                static_cast<double>(max_evaluations_));
     } catch (...) {
       stopped_ = true;
       throw;
@@ -360,21 +361,21 @@ class WindowSearch {
     const double momentum = norm(target.inertia * w_T);
     const Symmetric3d& I = target.inertia;
     const Eigen::Matrix3d inertia{{I.xx, I.xy, I.xz}, {I.xy, I.yy, I.yz}, {I.xz, I.yz, I.zz}};
-    const double least =
+    const double min_inertia =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues()[0];
     // |w| <= |L| / J_min, and L is constant.
     return norm(velocity - servicer_.velocity(0)) + falls +
-           momentum / least * norm(grasp_point_of(seen_, grasp).X_TG.p - target.com);
+           momentum / min_inertia * norm(grasp_point_of(seen_, grasp).X_TG.p - target.com);
   }
 
   // The time before which distances rule out every capture; absent if they do not at the window's begin. From any time
   // on, a capture is ruled out for at least the time that the farthest grasp point needs to come within reach. Times
   // beyond the window are included, to report how long to wait.
   std::optional<double> first_within_reach() const {
-    constexpr int kMostSteps = 20'000;
+    constexpr int kMaxSteps = 20'000;
     const double horizon = 10 * window_.latest;
     double t = window_.earliest;
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMaxSteps; ++i) {
       const std::vector<Goal> goals = goals_at(t);
       double wait = 0;
       for (std::size_t g = 0; g < goals.size(); ++g) {
@@ -414,7 +415,7 @@ class WindowSearch {
   const MovingFrame frame_;
   const Servicer servicer_;
   const CaptureProgress& progress_;
-  const long most_;
+  const long max_evaluations_;
   const double step_;
   std::vector<double> fastest_;  // per grasp; empty: distances rule nothing out
   WindowReport report_;

@@ -6,14 +6,14 @@ namespace {
 
 // Adds swings about `hold`, each from rest to rest, starting at `begin`.
 void add_swings(const ExcitationSetup& excitation, double begin, double duration, double hold, std::size_t joint,
-                std::vector<JointPiece>& pieces) {
+                std::vector<JointSegment>& segments) {
   const int swings = excitation.swings + static_cast<int>(joint % 3), count = 2 * swings + 1;
   double from = hold;
   for (int k = 0; k < count; ++k) {
     const double amplitude = excitation.amplitude[joint];
     const double to = k + 1 == count ? hold : hold + (k % 2 == 0 ? amplitude : -amplitude);
     const double start = begin + duration * k / count, end = begin + duration * (k + 1) / count;
-    pieces.push_back({start, end, JointPath{JointProfile::quintic, end - start, from, to}});
+    segments.push_back({start, end, JointPath{JointProfile::quintic, end - start, from, to}});
     from = to;
   }
 }
@@ -31,16 +31,16 @@ JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentCon
   JointTrajectory trajectory;
   if (post.identify && post.identify->excitation)
     add_swings(*post.identify->excitation, control.post_impact_begin + post.identify->from, post.identify->duration,
-               hold, joint, trajectory.pieces);
+               hold, joint, trajectory.segments);
   if (!post.move) return trajectory;
   const PostureMove& move = *post.move;
   const double begin = control.post_impact_begin + move.after;
-  if (!trajectory.pieces.empty()) {
-    const double end = trajectory.pieces.back().end;
-    if (begin > end) trajectory.pieces.push_back({end, begin, JointPath{move.profile, begin - end, hold, hold}});
+  if (!trajectory.segments.empty()) {
+    const double end = trajectory.segments.back().end;
+    if (begin > end) trajectory.segments.push_back({end, begin, JointPath{move.profile, begin - end, hold, hold}});
   }
-  const double leaves = trajectory.pieces.empty() ? begin : trajectory.pieces.back().end;
-  trajectory.pieces.push_back(
+  const double leaves = trajectory.segments.empty() ? begin : trajectory.segments.back().end;
+  trajectory.segments.push_back(
       {leaves, leaves + move.duration, JointPath{move.profile, move.duration, hold, move.joints[joint]}});
   return trajectory;
 }

@@ -95,9 +95,9 @@ void use_gyros(const CaptureProblem& problem, const CaptureSystem& system,
     setup.gyros.push_back(moment_gyro(problem.robot.gyros[g], system, g));
   using Actuators = BaseControlSetup::Actuators;
   if (setup.gyros.empty() || setup.actuators.one_by_one) return;
-  const bool absent = control && !control->actuators, asked = control && control->actuators == Actuators::gyros;
+  const bool absent = control && !control->actuators, requested = control && control->actuators == Actuators::gyros;
   const bool commanded = !control && setup.commanded_root >= 0;
-  if (!asked && !((absent || commanded) && problem.robot.wheels.empty())) return;
+  if (!requested && !((absent || commanded) && problem.robot.wheels.empty())) return;
   setup.actuators.steering = control ? control->steering.value_or(GyroSteering{}) : GyroSteering{};
 }
 
@@ -185,7 +185,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
   if (has_controller && problem.control && !held) {
     setup.actuators.one_by_one =
-        problem.control->base_actuators || (problem.control->log && problem.control->log->tells_actuators());
+        problem.control->base_actuators || (problem.control->log && problem.control->log->commands_actuators());
     if (problem.control->base_torque || setup.actuators.one_by_one) setup.commanded_root = system.base;
   }
   use_wheels(problem, system, base, setup);

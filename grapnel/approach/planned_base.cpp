@@ -6,7 +6,7 @@
 
 namespace grapnel {
 
-bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration) {
+bool holds_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration) {
   const double w = 2 * std::numbers::pi / duration;
   const std::array<double, 3> J = {inertia.xx, inertia.yy, inertia.zz};
   for (int k = 0; k < 3; ++k) {

@@ -19,6 +19,6 @@ namespace grapnel {
 /// the control has gains about all axes and feeds forward the joints' reaction. Depends on the gains alone; torque
 /// limits, actuators and the initial base motion are not considered. `inertia`: of the servicer about its centre of
 /// mass, in B [kg m^2]. `duration`: T of the shortest joint motion [s].
-bool keeps_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration);
+bool holds_attitude(const BaseControlSetup& control, const Symmetric3d& inertia, double duration);
 
 }  // namespace grapnel

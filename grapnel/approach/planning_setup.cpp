@@ -41,10 +41,10 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
                       &b = links.bodies()[pair.body_b].description.name;
     pairs.emplace(a, b), pairs.emplace(b, a);
   }
-  std::set<std::string> pieces;  // that have shapes
-  for (const auto& [body, geometry] : robot.geometry) pieces.insert(body);
-  for (const std::string& a : pieces) {
-    for (const std::string& b : pieces) {
+  std::set<std::string> shaped;  // that have shapes
+  for (const auto& [body, geometry] : robot.geometry) shaped.insert(body);
+  for (const std::string& a : shaped) {
+    for (const std::string& b : shaped) {
       if (!(a < b)) continue;
       const int body_a = model.body_index(a), body_b = model.body_index(b);
       const auto link = [&](int body) { return link_of_piece(model.bodies()[body].description); };
@@ -54,11 +54,11 @@ void ignore_neighbours(const CaptureProblem& problem, const RobotSetup& robot, c
 }
 
 // Bodies rigidly attached to a grasp's end-effector, and other segments of those links.
-std::vector<int> hand_of(const CaptureSystem& system, const GraspSetup& grasp) {
+std::vector<int> gripper_bodies(const CaptureSystem& system, const GraspSetup& grasp) {
   const Model& model = system.model;
   std::vector<int> bodies;
   for (int body : tied_to(model, model.frames()[model.frame_index(grasp.end_effector)].body)) {
-    for (int piece : pieces_of(model, link_of_piece(model.bodies()[body].description))) bodies.push_back(piece);
+    for (int segment : pieces_of(model, link_of_piece(model.bodies()[body].description))) bodies.push_back(segment);
   }
   return bodies;
 }
@@ -89,31 +89,31 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     ignore_neighbours(problem, modelled_robot(problem.robot, true, made), model, ignored);
   }
   for (const auto& [a, b] : problem.clearance.ignore) {
-    for (int piece_a : pieces_of(model, a)) {
-      for (int piece_b : pieces_of(model, b)) ignored.emplace_back(piece_a, piece_b);
+    for (int segment_a : pieces_of(model, a)) {
+      for (int segment_b : pieces_of(model, b)) ignored.emplace_back(segment_a, segment_b);
     }
   }
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
     const GraspSetup& g = problem.grasps[i];
     if (!checked.empty() && checked[i]) continue;
-    for (int body : hand_of(system, g)) ignored.emplace_back(body, targets[target_index(problem, g.target)]);
+    for (int body : gripper_bodies(system, g)) ignored.emplace_back(body, targets[target_index(problem, g.target)]);
   }
   // A captured target is a child of the grasping link and may touch only that link.
   return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
 // Checked grasps => indices of the model's pairs of gripper and target, sorted, each once.
-std::vector<int> hand_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
-                            const std::vector<bool>& checked) {
+std::vector<int> gripper_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
+                               const std::vector<bool>& checked) {
   std::vector<int> pairs;
   for (std::size_t i = 0; i < checked.size(); ++i) {
     if (!checked[i]) continue;
-    const std::vector<int> hand = hand_of(system, problem.grasps[i]);
+    const std::vector<int> gripper = gripper_bodies(system, problem.grasps[i]);
     const int target = target_body_index(system, target_index(problem, problem.grasps[i].target));
-    const auto is_hand = [&](int body) { return std::find(hand.begin(), hand.end(), body) != hand.end(); };
+    const auto is_gripper = [&](int body) { return std::find(gripper.begin(), gripper.end(), body) != gripper.end(); };
     for (std::size_t p = 0; p < model.pairs().size(); ++p) {
       const ClearancePair& pair = model.pairs()[p];
-      if ((is_hand(pair.body_a) && pair.body_b == target) || (is_hand(pair.body_b) && pair.body_a == target))
+      if ((is_gripper(pair.body_a) && pair.body_b == target) || (is_gripper(pair.body_b) && pair.body_a == target))
         pairs.push_back(static_cast<int>(p));
     }
   }
@@ -200,30 +200,32 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
     for (std::size_t t = 0; t < targets; ++t) X_WT.push_back(target_at(t, time).X_WT);
     for (const Placed& each : placed) X_WB[each.body] = X_WT[each.target] * each.X_TB;
   };
-  bodies->hand.assign(bodies->model.pairs().size(), -1);
+  bodies->end_effector.assign(bodies->model.pairs().size(), -1);
   for (const GraspSetup& g : problem.grasps) {
     const Frame& frame = model.frames()[model.frame_index(g.end_effector)];
-    const std::vector<int> hand = tied_to(model, frame.body);
-    ConstraintBodies::Hand h;
+    const std::vector<int> gripper = tied_to(model, frame.body);
+    ConstraintBodies::EndEffector h;
     h.frame = servicer.model.frame_index(g.end_effector);
     h.target = target_body_index(system, target_index(problem, g.target));
     h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;
     double reach = 0;  // maximum distance of the gripper's shapes from the end-effector
     for (std::size_t s = 0; s < bodies->model.shapes().size(); ++s) {
       const int body = bodies->model.shapes()[s].body;
-      if (std::find(hand.begin(), hand.end(), body) == hand.end()) continue;
+      if (std::find(gripper.begin(), gripper.end(), body) == gripper.end()) continue;
       const Posed X_BE =
           inverse(model.bodies()[body].placement.X_LB) * model.bodies()[frame.body].placement.X_LB * frame.X_BE;
       reach = std::max(reach, bodies->model.farthest(static_cast<int>(s), X_BE.p));
     }
     h.near = problem.approach->plan->near_grasp.value_or(reach + problem.approach->plan->clearance.value_or(0));
-    for (std::size_t p = 0; p < bodies->hand.size(); ++p) {
+    for (std::size_t p = 0; p < bodies->end_effector.size(); ++p) {
       const ClearancePair& pair = bodies->model.pairs()[p];
-      const auto is_hand = [&](int body) { return std::find(hand.begin(), hand.end(), body) != hand.end(); };
-      if ((is_hand(pair.body_a) && pair.body_b == h.target) || (is_hand(pair.body_b) && pair.body_a == h.target))
-        bodies->hand[p] = static_cast<int>(bodies->hands.size());
+      const auto is_gripper = [&](int body) {
+        return std::find(gripper.begin(), gripper.end(), body) != gripper.end();
+      };
+      if ((is_gripper(pair.body_a) && pair.body_b == h.target) || (is_gripper(pair.body_b) && pair.body_a == h.target))
+        bodies->end_effector[p] = static_cast<int>(bodies->end_effectors.size());
     }
-    bodies->hands.push_back(h);
+    bodies->end_effectors.push_back(h);
   }
   return bodies;
 }

@@ -20,8 +20,8 @@ std::vector<int> tied_to(const Model& model, int body);
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
                                     const std::vector<bool>& checked = {});
 /// The pairs of such a model that are the end-effector and the target of a checked grasp.
-std::vector<int> hand_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
-                            const std::vector<bool>& checked);
+std::vector<int> gripper_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
+                               const std::vector<bool>& checked);
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);

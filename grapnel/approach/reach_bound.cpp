@@ -12,10 +12,10 @@ ReachBound reach_bound(const Model& model, int root, int frame, bool floats) {
   const std::vector<Body>& bodies = model.bodies();
   const std::size_t n = bodies.size();
   std::vector<double> carried(n, 0.0);  // share of the mass
-  std::vector<bool> on_the_way(n, false);
+  std::vector<bool> carries_frame(n, false);
   std::vector<Vector3d> v(n, Vector3d::zero());
-  const Frame& hand = model.frames()[frame];
-  for (int b = hand.body; b >= 0; b = bodies[b].parent) on_the_way[b] = true;
+  const Frame& end_effector = model.frames()[frame];
+  for (int b = end_effector.body; b >= 0; b = bodies[b].parent) carries_frame[b] = true;
   // Parents precede their children.
   for (std::size_t b = n; b-- > 0;) {
     if (bodies[b].root != root) continue;
@@ -27,10 +27,10 @@ ReachBound reach_bound(const Model& model, int root, int frame, bool floats) {
   for (std::size_t b = n; b-- > 0;) {
     if (bodies[b].root != root) continue;
     const BodyDescription& body = bodies[b].description;
-    if (static_cast<int>(b) == hand.body) v[b] += hand.X_BE.p;
+    if (static_cast<int>(b) == end_effector.body) v[b] += end_effector.X_BE.p;
     if (floats) v[b] -= (body.mass / mass) * body.com;
     if (static_cast<int>(b) == root) break;
-    const double share = (on_the_way[b] ? 1.0 : 0.0) - (floats ? carried[b] / mass : 0.0);
+    const double share = (carries_frame[b] ? 1.0 : 0.0) - (floats ? carried[b] / mass : 0.0);
     Vector3d& parent = v[bodies[b].parent];
     parent += share * body.X_PF.p;
     if (velocity_count(body.joint.type) == 0) {

@@ -17,7 +17,7 @@ bool ApproachPlanner::disturbed() const {
 std::string ApproachPlanner::planned_robot() const {
   std::vector<std::string> differs;
   if (bends()) differs.push_back("is rigid");
-  if (attitude_kept()) {
+  if (attitude_held()) {
     differs.push_back("holds its base's attitude exactly");
   } else if (approach_.base_control) {
     differs.push_back("floats freely, since the attitude control is too weak to hold the attitude during the motion");
@@ -41,9 +41,9 @@ void ApproachPlanner::warn_of_thrusters() {
 
 std::string ApproachPlanner::disturbances() const {
   return std::string(problem_.orbit ? "the orbit's field, " : "") +
-         (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
-         (flown_.gyros.empty() ? "" : "the control moment gyros, ") + (bends() ? "flexible bodies, " : "") +
-         "the loads or the base's attitude control";
+         (simulated_servicer_.wheels.empty() ? "" : "the reaction wheels, ") +
+         (simulated_servicer_.gyros.empty() ? "" : "the control moment gyros, ") +
+         (bends() ? "flexible bodies, " : "") + "the loads or the base's attitude control";
 }
 
 bool ApproachPlanner::targets_loaded() const {
@@ -55,47 +55,51 @@ bool ApproachPlanner::targets_loaded() const {
 
 // Goals and end states of the flexible and the rigid servicer => goals for the rigid one, shifted by the deflection of
 // pose and twist (22.10); unchanged without flexible links.
-std::vector<Goal> ApproachPlanner::less_bending(std::vector<Goal> goals, const State& flown, const State& rigid) const {
+std::vector<Goal> ApproachPlanner::less_bending(std::vector<Goal> goals, const State& simulated,
+                                                const State& rigid) const {
   if (!bends()) return goals;
-  const Kinematics bent = forward_kinematics(flown_.model, flown),
+  const Kinematics bent = forward_kinematics(simulated_servicer_.model, simulated),
                    straight = forward_kinematics(servicer_.model, rigid);
   for (Goal& goal : goals) {
-    const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
-    const Posed is = frame_pose(flown_.model, bent, frame),
+    const int frame = simulated_servicer_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+    const Posed is = frame_pose(simulated_servicer_.model, bent, frame),
                 taken_for = frame_pose(servicer_.model, straight, goal.frame);
     const Rotationd back = taken_for.R * transpose(is.R);
     goal.X_WG.p += taken_for.p - is.p;
     goal.X_WG.R = back * goal.X_WG.R;
     goal.direction_W = back * goal.direction_W;
-    goal.V_WG += frame_twist(servicer_.model, straight, goal.frame) - frame_twist(flown_.model, bent, frame);
+    goal.V_WG +=
+        frame_twist(servicer_.model, straight, goal.frame) - frame_twist(simulated_servicer_.model, bent, frame);
   }
   return goals;
 }
 
-State ApproachPlanner::fly_disturbed(const ReachProblem& reach, const std::vector<double>& position,
-                                     const std::vector<double>& rate, const Spline& spline, const StepWatch& watch) {
+State ApproachPlanner::simulate_disturbed(const ReachProblem& reach, const std::vector<double>& position,
+                                          const std::vector<double>& rate, const Spline& spline,
+                                          const StepWatch& watch) {
   std::vector<JointTrajectory> joints = plan_.joints;
   SegmentStart start = reach.start;
   start.knots = spline.knots;
   PathSegment segment(base_, start, motion_);
   for (std::size_t j = 0; j < position.size(); ++j) {
-    const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], spline.coefficients);
-    joints[j].pieces.insert(joints[j].pieces.end(), pieces.begin(), pieces.end());
+    const auto segments = segment.joint_segments(static_cast<int>(j), position[j], rate[j], spline.coefficients);
+    joints[j].segments.insert(joints[j].segments.end(), segments.begin(), segments.end());
   }
-  return fly(joints, reach.start.end, watch);
+  return simulate(joints, reach.start.end, watch);
 }
 
 // Joint trajectories => state of the servicer at `end` in a simulation of all loads with exact tracking; with a probe
 // in at least 400 steps. Throws std::runtime_error if the simulation fails.
-State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
-  PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, simulated_start_, joints, true));
+State ApproachPlanner::simulate(const std::vector<JointTrajectory>& joints, double end, StepWatch watch) {
+  PhaseDynamics dynamics(simulated_servicer_.model,
+                         approach_setup(problem_, simulated_servicer_, simulated_start_, joints, true));
   watch.each_step = each_step();
   IntegrationSetup integration = problem_.integration;
   if (watch.probe) {
     // Inside a long step the state is known to order 7 only.
     constexpr double kSteps = 400;
-    const double most = (end - begin_) / kSteps;
-    integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, most) : most;
+    const double max_step = (end - begin_) / kSteps;
+    integration.max_step = integration.max_step > 0 ? std::min(integration.max_step, max_step) : max_step;
   }
   const PhaseOutcome outcome = simulate_phase(dynamics, simulated_start_, begin_, end, integration, watch);
   if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
@@ -108,12 +112,13 @@ State ApproachPlanner::fly(const std::vector<JointTrajectory>& joints, double en
 std::optional<ApproachPlanner::Drift> ApproachPlanner::drift(const ReachProblem& reach) {
   if (!base_.floats() || !(loaded() || problem_.orbit)) return {};
   const std::vector<double> at_rest(position_.size(), 0.0);
-  const State end = without_inner_motion(flown_, fly_disturbed(reach, position_, at_rest, {}), servicer_);
+  const State end =
+      without_inner_motion(simulated_servicer_, simulate_disturbed(reach, position_, at_rest, {}), servicer_);
   Drift d;
   d.X_WB = root_pose(servicer_.model, end, servicer_.base);
   d.V_WB = root_twist(servicer_.model, end, servicer_.base);
   PathSegment segment(base_, reach.start, motion_);
-  const SegmentEnd free = segment.fly(position_, at_rest, false);
+  const SegmentEnd free = segment.integrate(position_, at_rest, false);
   plan_.report.rhs_evaluations += segment.rhs_evaluations();
   if (!free.finished) return {};
   d.X_WB_free = free.X_WB;
@@ -179,22 +184,22 @@ ReachSolution ApproachPlanner::solve_where_loads_lead(const ReachProblem& reach,
 std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::vector<double>& position,
                                           const std::vector<double>& rate, const Spline& spline) {
   if (!base_.floats()) return {};
-  const Rotationd R_from = attitude_kept() ? X_WB_.R : problem_.X_WB.R;
-  const Model& model = flown_.model;
+  const Rotationd R_from = attitude_held() ? X_WB_.R : problem_.X_WB.R;
+  const Model& model = simulated_servicer_.model;
   double turn = 0, share = 0;
   StepWatch watch;
-  watch.look = [&](double, const State& state, const PhaseIntegrals&) {
-    turn = std::max(turn, rotation_angle(transpose(R_from) * root_pose(model, state, flown_.base).R));
-    for (std::size_t w = 0; w < flown_.wheels.size(); ++w) {
-      const Body& body = model.bodies()[model.joints()[static_cast<std::size_t>(flown_.wheels[w])]];
+  watch.check = [&](double, const State& state, const PhaseIntegrals&) {
+    turn = std::max(turn, rotation_angle(transpose(R_from) * root_pose(model, state, simulated_servicer_.base).R));
+    for (std::size_t w = 0; w < simulated_servicer_.wheels.size(); ++w) {
+      const Body& body = model.bodies()[model.joints()[static_cast<std::size_t>(simulated_servicer_.wheels[w])]];
       share = std::max(share, std::abs(state.v[static_cast<std::size_t>(body.v)]) / problem_.robot.wheels[w].rate);
     }
   };
-  watch.looks = 128;
-  fly_disturbed(reach, position, rate, spline, watch);
+  watch.checks = 128;
+  simulate_disturbed(reach, position, rate, spline, watch);
   std::string text =
       fmt::format("; in a simulation with exact joint tracking, its base rotates by up to {:.3g} rad from {}", turn,
-                  attitude_kept() ? "its desired attitude" : "its initial attitude");
+                  attitude_held() ? "its desired attitude" : "its initial attitude");
   if (share > 0) text += fmt::format(", and its wheels reach {:.3g} of their maximum rates", share);
   return text;
 }
@@ -203,9 +208,9 @@ std::string ApproachPlanner::what_it_does(const ReachProblem& reach, const std::
 // the momentum at that end.
 SimulatedEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
                                             const std::vector<double>& rate, const Spline& spline) {
-  const State flown = fly_disturbed(reach, position, rate, spline);
-  const State end = without_inner_motion(flown_, flown, servicer_);
-  const std::vector<Goal> goals = less_bending(reach.goals, flown, end);
+  const State simulated = simulate_disturbed(reach, position, rate, spline);
+  const State end = without_inner_motion(simulated_servicer_, simulated, servicer_);
+  const std::vector<Goal> goals = less_bending(reach.goals, simulated, end);
   const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
   base_.place(position);
   SimulatedEnd result;
@@ -229,17 +234,17 @@ SimulatedEnd ApproachPlanner::disturbed_end(const ReachProblem& reach, const std
 ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, ReachSolution solution,
                                                      const std::string& what) {
   const Spline spline{solution.knots, solution.coefficients};
-  const Flight flight = [&](const std::vector<double>& position, const std::vector<double>& rate) {
+  const Simulation simulation = [&](const std::vector<double>& position, const std::vector<double>& rate) {
     return disturbed_end(reach, position, rate, spline);
   };
-  const SimulatedSolution flown =
-      solve_by_simulations(flight, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
-  solution.iterations += flown.iterations;
-  solution.position = flown.position, solution.rate = flown.rate;
-  solution.miss = misses(reach.goals, flown.end.error);
-  solution.unmet_rate = flown.end.unmet;
-  if (flown.found) {
-    if (depends_on_path(reach) && is_to_be_said_what_flies()) {
+  const SimulatedSolution simulated =
+      solve_by_simulations(simulation, solution.position, solution.rate, reach.lower, reach.upper, kArrived);
+  solution.iterations += simulated.iterations;
+  solution.position = simulated.position, solution.rate = simulated.rate;
+  solution.miss = misses(reach.goals, simulated.end.error);
+  solution.unmet_rate = simulated.end.unmet;
+  if (simulated.found) {
+    if (depends_on_path(reach) && reports_model_difference()) {
       plan_.warnings.push_back(fmt::format(
           "approach: the plan satisfies joint limits, clearance and other path constraints for a robot that {}; the "
           "simulated robot uses corrected final values, and the run checks its limits and clearance{}",
@@ -257,9 +262,9 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
       text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
   }
   throw Unplannable(
-      fmt::format("planning the approach{}: a solution without {} exists, but {} corrections did not adapt it to them: "
-                  "{} from its grasp point; another approach.plan.guess may help",
-                  what, disturbances(), flown.iterations, text));
+      fmt::format("planning the approach{}: a plan without {} exists, but {} corrections for their effect did not "
+                  "converge: {} from its grasp point; another approach.plan.guess may help",
+                  what, disturbances(), simulated.iterations, text));
 }
 
 // Stated final joints and rates without disturbances => rates that meet the demand at the end of a simulation, or the
@@ -267,19 +272,19 @@ ReachSolution ApproachPlanner::allow_for_disturbance(const ReachProblem& reach, 
 std::vector<double> ApproachPlanner::disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
                                                      const std::vector<double>& undisturbed) {
   // The final poses are given; their error is not considered.
-  const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
+  const Simulation simulation = [&](const std::vector<double>& p, const std::vector<double>& r) {
     SimulatedEnd end = disturbed_end(reach, p, r, {});
     end.error.setZero();
     return end;
   };
-  const SimulatedSolution flown = solve_by_simulations(flight, position, undisturbed, {}, {}, kArrived);
-  if (flown.found) {
-    plan_.report.unmet_rate = flown.end.unmet;
-    return flown.rate;
+  const SimulatedSolution simulated = solve_by_simulations(simulation, position, undisturbed, {}, {}, kArrived);
+  if (simulated.found) {
+    plan_.report.unmet_rate = simulated.end.unmet;
+    return simulated.rate;
   }
   plan_.warnings.push_back(
-      fmt::format("approach: final joint rates did not converge under {}; the rates of the motion without them are "
-                  "used, so the end-effectors' final motion differs from the demanded one",
+      fmt::format("approach: final joint rates did not converge under {}; the plan uses the rates computed without "
+                  "them, so the end-effectors' final motion differs from the demanded one",
                   disturbances()));
   return undisturbed;
 }

@@ -21,7 +21,7 @@ struct Sensitivities {
 
 // Simulation and iterate => derivatives of error and rate gap by forward differences, one simulation per rate and,
 // `with_positions`, per position.
-Sensitivities sensitivities(const Flight& flight, const SimulatedSolution& at, bool with_positions) {
+Sensitivities sensitivities(const Simulation& simulation, const SimulatedSolution& at, bool with_positions) {
   const auto n = static_cast<Eigen::Index>(at.position.size());
   const Eigen::Index rows = at.end.error.size();
   Sensitivities s{Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(n, n),
@@ -30,7 +30,7 @@ Sensitivities sensitivities(const Flight& flight, const SimulatedSolution& at, b
   const auto difference = [&](double& x, auto&& error, auto&& gap) {
     const double before = x;
     x += kDifference;
-    const SimulatedEnd end = flight(position, rate);
+    const SimulatedEnd end = simulation(position, rate);
     error = (end.error - at.end.error) / kDifference;
     gap = (end.gap - at.end.gap) / kDifference;
     x = before;
@@ -62,8 +62,8 @@ Step newton_step(const Sensitivities& s, const SimulatedSolution& at, const std:
   }
   Step step{Eigen::VectorXd::Zero(n), r0};
   if (!lower.empty()) {
-    step.position = least_norm_step(s.error_position + s.error_rate * K, at.end.error + s.error_rate * r0, at.position,
-                                    lower, upper, kDamping)
+    step.position = minimum_norm_step(s.error_position + s.error_rate * K, at.end.error + s.error_rate * r0,
+                                      at.position, lower, upper, kDamping)
                         .d;
     step.rate += K * step.position;
   }
@@ -83,16 +83,16 @@ double SimulatedEnd::size() const {
 
 // First guess => final positions and rates whose simulation has error and gap up to 10 times `tolerance`. Damped Newton
 // steps; sensitivities are reused while a step reduces the error to at most a twentieth.
-SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
-                                       const std::vector<double>& lower, const std::vector<double>& upper,
-                                       double tolerance) {
-  constexpr int kMost = 40, kHalvings = 7;
+SimulatedSolution solve_by_simulations(const Simulation& simulation, std::vector<double> position,
+                                       std::vector<double> rate, const std::vector<double>& lower,
+                                       const std::vector<double>& upper, double tolerance) {
+  constexpr int kMaxIterations = 40, kHalvings = 7;
   SimulatedSolution now{false, std::move(position), std::move(rate), {}, 0};
-  now.end = flight(now.position, now.rate);
+  now.end = simulation(now.position, now.rate);
   std::optional<Sensitivities> s;
-  for (; now.iterations < kMost && now.end.size() > tolerance; ++now.iterations) {
+  for (; now.iterations < kMaxIterations && now.end.size() > tolerance; ++now.iterations) {
     const bool fresh = !s;
-    if (fresh) s = sensitivities(flight, now, !lower.empty());
+    if (fresh) s = sensitivities(simulation, now, !lower.empty());
     // Given rates always have zero gap.
     const bool rates_given = s->gap_rate.isZero(0) && now.end.gap.isZero(0);
     const Step step = newton_step(*s, now, lower, upper, rates_given);
@@ -105,7 +105,7 @@ SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double>
         next.position[j] = now.position[j] + fraction * step.position[k];
         next.rate[j] = now.rate[j] + fraction * step.rate[k];
       }
-      next.end = flight(next.position, next.rate);
+      next.end = simulation(next.position, next.rate);
       better = next.end.size() < (1 - 1e-2 * fraction) * now.end.size();
       if (!fresh && !better) break;  // no further steps with outdated sensitivities
     }

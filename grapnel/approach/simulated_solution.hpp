@@ -18,7 +18,7 @@ struct SimulatedEnd {
   double unmet = 0;       // largest component of the demand that no rates produce
   double size() const;    // largest component of error and gap
 };
-using Flight = std::function<SimulatedEnd(const std::vector<double>& position, const std::vector<double>& rate)>;
+using Simulation = std::function<SimulatedEnd(const std::vector<double>& position, const std::vector<double>& rate)>;
 
 struct SimulatedSolution {
   bool found = false;  // error and gap are below `tolerance`
@@ -29,9 +29,9 @@ struct SimulatedSolution {
 
 /// Solves for final positions and rates with zero error and gap, from a first guess of both. Uses minimum-norm steps in
 /// the positions within their limits, each with the corresponding rates; steps are shortened until the error decreases.
-/// Empty limits: positions are fixed and only the rates are solved for. Exceptions from `flight` pass through.
-SimulatedSolution solve_by_simulations(const Flight& flight, std::vector<double> position, std::vector<double> rate,
-                                       const std::vector<double>& lower, const std::vector<double>& upper,
-                                       double tolerance);
+/// Empty limits: positions are fixed and only the rates are solved for. Exceptions from `simulation` pass through.
+SimulatedSolution solve_by_simulations(const Simulation& simulation, std::vector<double> position,
+                                       std::vector<double> rate, const std::vector<double>& lower,
+                                       const std::vector<double>& upper, double tolerance);
 
 }  // namespace grapnel

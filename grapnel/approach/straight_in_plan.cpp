@@ -46,7 +46,7 @@ void ApproachPlanner::stand_off_and_in(double begin) {
   StraightInProblem in;
   in.begin = begin, in.end = approach_.duration;
   in.motion = motion_, in.gravity = problem_.gravity;
-  in.most_steps = problem_.integration.max_steps;
+  in.max_steps = problem_.integration.max_steps;
   in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
   for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
     const TargetMotion at = target_at(t, begin);
@@ -56,7 +56,7 @@ void ApproachPlanner::stand_off_and_in(double begin) {
   if (bends()) {
     come_in_bending(in);
   } else if (disturbed() || targets_loaded()) {
-    come_in_flown(in);
+    come_in_simulated(in);
   } else {
     come_in(in, {});
   }
@@ -71,10 +71,10 @@ ApproachPlanner::PlannedStandOff ApproachPlanner::plan_stand_off(StraightInProbl
   if (!guess.empty()) reach.guess = guess, reach.starts = 1;
   ReachSolution s = solve(reach, ", stand-off");
   in.self_motion = {};
-  if (reach.way.has_constraints()) {
-    StandOff kept = enforce_path_constraints(in, reach, std::move(s));
-    s = std::move(kept.solution);
-    in.self_motion = kept.piece.self_motion;
+  if (reach.constraints.has_constraints()) {
+    StandOff constrained = enforce_path_constraints(in, reach, std::move(s));
+    s = std::move(constrained.solution);
+    in.self_motion = constrained.straight_in.self_motion;
   }
   report(reach, s);
   return {std::move(reach), std::move(s)};
@@ -95,7 +95,7 @@ ApproachPlanner::StandOff ApproachPlanner::try_stand_off(StraightInProblem in, c
   in.position = solution.position, in.X_WB = solution.X_WB;
   in.rate_begin = solution.rate;
   StandOff result{std::move(solution), constrain_straight_in(base_, in, reach)};
-  plan_.report.rhs_evaluations += result.piece.rhs_evaluations;
+  plan_.report.rhs_evaluations += result.straight_in.rhs_evaluations;
   return result;
 }
 
@@ -115,24 +115,25 @@ ApproachPlanner::StandOff ApproachPlanner::enforce_path_constraints(StraightInPr
   std::optional<StandOff> now = best;
   // Segments through a singularity take more steps; one such result is sufficient.
   constexpr long kFewSteps = 2000;
-  in.most_steps = std::min<std::int64_t>(in.most_steps, kFewSteps);
+  in.max_steps = std::min<std::int64_t>(in.max_steps, kFewSteps);
   std::mt19937_64 generator(reach.seed);
-  for (int i = 0; !best.piece.kept; ++i) {
+  for (int i = 0; !best.straight_in.feasible; ++i) {
     // The straight approach proposes its initial state.
     constexpr int kNearer = 3;
     constexpr double kNoNearer = 0.9;
-    for (int k = 0; now && !now->piece.kept && k < kNearer && !(i >= kEnough && much()); ++k) {
-      const double violation = now->piece.violation;
-      now = begin_where_it_keeps(in, reach, *now);
+    for (int k = 0; now && !now->straight_in.feasible && k < kNearer && !(i >= kEnough && much()); ++k) {
+      const double violation = now->straight_in.violation;
+      now = constrained_stand_off(in, reach, *now);
       if (!now) break;
       ++tried;
-      if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
-      if (now->piece.violation > kNoNearer * violation) break;
+      if (now->straight_in.feasible || now->straight_in.violation < best.straight_in.violation) best = *now;
+      if (now->straight_in.violation > kNoNearer * violation) break;
     }
     // If the violation is still large after this number of attempts or amount of work, the search ends.
     constexpr double kFar = 0.1;
-    const bool far = best.piece.violation > kFar;
-    if (best.piece.kept || i == kElsewhere || (far && elsewhere >= kEnoughFar) || (i >= kEnough && much())) break;
+    const bool far = best.straight_in.violation > kFar;
+    if (best.straight_in.feasible || i == kElsewhere || (far && elsewhere >= kEnoughFar) || (i >= kEnough && much()))
+      break;
     // Other configurations: random changes of the grasping arms, larger with every attempt.
     std::vector<double> guess = chosen;
     for (std::size_t j = 0; j < guess.size(); ++j) {
@@ -145,27 +146,27 @@ ApproachPlanner::StandOff ApproachPlanner::enforce_path_constraints(StraightInPr
     now = stand_off_near(in, reach, guess, 4);
     if (!now) continue;
     ++tried, ++elsewhere;
-    if (now->piece.kept || now->piece.violation < best.piece.violation) best = *now;
+    if (now->straight_in.feasible || now->straight_in.violation < best.straight_in.violation) best = *now;
   }
   // A segment within its limits that passes a singularity is accepted, with a warning.
-  if (!best.piece.kept && !best.piece.trouble.empty()) refuse_straight_in(in, reach, best, tried);
+  if (!best.straight_in.feasible && !best.straight_in.failure.empty()) refuse_straight_in(in, reach, best, tried);
   if (tried > 1) take_objective(reach, best.solution);
-  best.solution.way = both(best.solution.way.value_or(PathFigures{}), best.piece.figures);
+  best.solution.figures = both(best.solution.figures.value_or(PathFigures{}), best.straight_in.figures);
   return best;
 }
 
-std::optional<ApproachPlanner::StandOff> ApproachPlanner::begin_where_it_keeps(StraightInProblem in,
-                                                                               const ReachProblem& reach,
-                                                                               const StandOff& from) {
+std::optional<ApproachPlanner::StandOff> ApproachPlanner::constrained_stand_off(StraightInProblem in,
+                                                                                const ReachProblem& reach,
+                                                                                const StandOff& from) {
   in.position = from.solution.position, in.X_WB = from.solution.X_WB;
   const StartFreedom freedom = start_freedom(base_, reach, from.solution);
   if (freedom.position.cols() == 0) return std::nullopt;
-  const ConstrainedStraightIn way = constrain_straight_in(base_, in, reach, &freedom);
-  plan_.report.rhs_evaluations += way.rhs_evaluations;
-  if (way.start.empty()) return std::nullopt;
-  std::vector<double> guess = way.start;
+  const ConstrainedStraightIn result = constrain_straight_in(base_, in, reach, &freedom);
+  plan_.report.rhs_evaluations += result.rhs_evaluations;
+  if (result.start.empty()) return std::nullopt;
+  std::vector<double> guess = result.start;
   for (std::size_t j = 0; j < guess.size(); ++j) guess[j] = std::clamp(guess[j], reach.lower[j], reach.upper[j]);
-  in.self_motion = way.self_motion;
+  in.self_motion = result.self_motion;
   return stand_off_near(in, reach, guess, 1);
 }
 
@@ -185,11 +186,11 @@ std::optional<ApproachPlanner::StandOff> ApproachPlanner::stand_off_near(Straigh
     return try_stand_off(in, reach, std::move(solution));
   };
   // The path to the stand-off is the most expensive part; it is planned once the straight approach is feasible.
-  near.way = {};
+  near.constraints = {};
   const std::optional<StandOff> bare = plan(guess);
-  if (!bare || !bare->piece.trouble.empty()) return bare;
-  near.way = reach.way;
-  in.self_motion = bare->piece.self_motion;
+  if (!bare || !bare->straight_in.failure.empty()) return bare;
+  near.constraints = reach.constraints;
+  in.self_motion = bare->straight_in.self_motion;
   return plan(bare->solution.position);
 }
 
@@ -197,9 +198,9 @@ void ApproachPlanner::take_objective(const ReachProblem& reach, ReachSolution& s
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;
   Shooting shooting(base_, with_knots);
-  const ShootingIterate shot =
+  const ShootingIterate iterate =
       shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
-  const ConstrainedSolution end = solve_with_path_constraints(base_, reach, shot, solution.knots, kAsItIs);
+  const ConstrainedSolution end = solve_with_path_constraints(base_, reach, iterate, solution.knots, kAsItIs);
   plan_.report.rhs_evaluations += end.rhs_evaluations + shooting.rhs_evaluations();
   solution.objective = end.objective, solution.terms = end.terms;
 }
@@ -209,15 +210,16 @@ void ApproachPlanner::refuse_straight_in(const StraightInProblem& in, const Reac
                                          int tried) {
   report(reach, best.solution);
   plan_.report.found = false;
-  const bool is_free = best.piece.self_motions > 0;
+  const bool is_free = best.straight_in.self_motions > 0;
   throw Unplannable(fmt::format(
       "planning the approach, straight in: the end-effectors arrive, but no joint motion was found that satisfies the "
       "path constraints of approach.plan from t = {:.4g} s on; from the best of {} configurations at the stand-off "
       "{}{}; {}",
-      in.begin, tried, best.piece.trouble,
-      is_free ? ""
-              : ", and the joints have no self-motion: the end-effectors' motion imposes as many conditions as there "
-                "are joints that move them",
+      in.begin, tried, best.straight_in.failure,
+      is_free
+          ? ""
+          : "; the motion cannot be changed, because no joint is redundant (as many conditions of the end-effectors "
+            "as joints that move them)",
       is_free ? "a longer straight_in.duration, a shorter stand_off or another guess may help"
               : "orientation: axis or free, roll: free, a longer straight_in.duration, a shorter stand_off or another "
                 "guess may help"));
@@ -255,15 +257,15 @@ void ApproachPlanner::require_arrival(const StraightInPath& path) {
                                 "or another approach_direction may help")));
 }
 
-// Planned straight approach => its pieces in plan_, joints and rates at its end, report, and warnings of damped
+// Planned straight approach => its segments in plan_, joints and rates at its end, report, and warnings of damped
 // singularities (6.9) and unmet demands. Throws Unplannable if it failed.
 void ApproachPlanner::take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
   plan_.report.rhs_evaluations += path.rhs_evaluations;
   if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
   require_arrival(path);
   for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
-    auto& pieces = plan_.joints[j].pieces;
-    pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());
+    auto& segments = plan_.joints[j].segments;
+    segments.insert(segments.end(), path.joints[j].segments.begin(), path.joints[j].segments.end());
     position_[j] = evaluate(plan_.joints[j], in.end).position;
   }
   rate_ = path.rate_end;

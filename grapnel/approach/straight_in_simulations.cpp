@@ -12,9 +12,9 @@ namespace grapnel {
 namespace {
 
 // Minimum simulated error that triggers a warning [m, rad and their rates].
-constexpr double kWorthSaying = 1e-7;
+constexpr double kReported = 1e-7;
 // Accuracy of simulations [m, rad and their rates].
-constexpr double kArrivedInFlight = 10 * kArrived;
+constexpr double kArrivedInSimulation = 10 * kArrived;
 
 // Functions of time over a segment, as Chebyshev series on parts of it.
 class Recorded {
@@ -36,10 +36,10 @@ class Recorded {
 
   void fit() {
     for (std::size_t n = 0; n < series_.size(); ++n) {
-      series_[n].pieces.clear();
+      series_[n].segments.clear();
       for (std::size_t i = 0; i < kParts; ++i) {
         const std::span<const double> samples(values_[n].data() + i * kDegree, kDegree + 1);
-        series_[n].pieces.push_back({times_[i * kDegree], times_[(i + 1) * kDegree], chebyshev_interpolant(samples)});
+        series_[n].segments.push_back({times_[i * kDegree], times_[(i + 1) * kDegree], chebyshev_interpolant(samples)});
       }
     }
   }
@@ -68,22 +68,22 @@ double largest_of(const std::vector<GoalGap>& gaps) {
 
 // Message: for each demanded quantity the largest error over the end-effectors.
 std::string in_words(const std::vector<GoalGap>& gaps) {
-  GoalGap most;
-  const auto larger = [](Vector3d& kept, const Vector3d& v) {
-    if (norm(v) > norm(kept)) kept = v;
+  GoalGap largest;
+  const auto larger = [](Vector3d& result, const Vector3d& v) {
+    if (norm(v) > norm(result)) result = v;
   };
   for (const GoalGap& gap : gaps) {
-    larger(most.position, gap.position), larger(most.turn, gap.turn);
-    larger(most.velocity, gap.velocity), larger(most.spin, gap.spin);
+    larger(largest.position, gap.position), larger(largest.turn, gap.turn);
+    larger(largest.velocity, gap.velocity), larger(largest.spin, gap.spin);
   }
   std::vector<std::string> missed;
-  const auto say = [&](const Vector3d& v, const char* what) {
-    if (norm(v) > kWorthSaying) missed.push_back(fmt::format("{:.2g} {}", norm(v), what));
+  const auto append = [&](const Vector3d& v, const char* what) {
+    if (norm(v) > kReported) missed.push_back(fmt::format("{:.2g} {}", norm(v), what));
   };
-  say(most.position, "m from their grasp points");
-  say(most.turn, "rad from the demanded orientation");
-  say(most.velocity, "m/s from the demanded relative velocity");
-  say(most.spin, "rad/s from the demanded relative angular velocity");
+  append(largest.position, "m from their grasp points");
+  append(largest.turn, "rad from the demanded orientation");
+  append(largest.velocity, "m/s from the demanded relative velocity");
+  append(largest.spin, "rad/s from the demanded relative angular velocity");
   return fmt::format("{}", fmt::join(missed, ", "));
 }
 
@@ -91,15 +91,16 @@ std::string in_words(const std::vector<GoalGap>& gaps) {
 
 // Straight approach under disturbances => plan whose simulation has final errors (6.9d) within tolerance: momentum and
 // target motion of each simulation enter the next plan; remaining errors are subtracted from the demands.
-void ApproachPlanner::come_in_flown(StraightInProblem& in) {
-  constexpr int kMost = 14;
+void ApproachPlanner::come_in_simulated(StraightInProblem& in) {
+  constexpr int kMaxCorrections = 14;
   PlannedStandOff planned = plan_stand_off(in, {});
   const ReachProblem& reach = planned.reach;
   const ReachSolution s = allow_for_disturbance(reach, std::move(planned.solution), ", stand-off");
   report(reach, s);
   in.position = s.position, in.rate_begin = s.rate;
   const Spline spline{s.knots, s.coefficients};
-  const State there = without_inner_motion(flown_, fly_disturbed(reach, s.position, s.rate, spline), servicer_);
+  const State there =
+      without_inner_motion(simulated_servicer_, simulate_disturbed(reach, s.position, s.rate, spline), servicer_);
   in.X_WB = root_pose(servicer_.model, there, servicer_.base);
   auto around = std::make_shared<StraightInSurroundings>();
   const FreeMotion as_it_begins = free_motion(servicer_.model, there, in.begin, problem_.gravity);
@@ -115,9 +116,9 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
     take_straight_in(in, path);
     return std::move(path.gaps);
   };
-  const auto fly = [&] {
+  const auto simulate_plan = [&] {
     around = std::make_shared<StraightInSurroundings>(*around);
-    return fly_over(meant, *around);
+    return simulate_approach(meant, *around);
   };
   double before = std::numeric_limits<double>::infinity();
   const auto correct = [&](const Gaps& gaps) {
@@ -128,26 +129,27 @@ void ApproachPlanner::come_in_flown(StraightInProblem& in) {
     if (now > kNoGain * before) shift_goals(gaps, in);
     before = now;
   };
-  warn_of_simulated_miss(correct_by_simulations({plan, fly, correct}, kMost));
+  warn_of_simulated_miss(correct_by_simulations({plan, simulate_plan, correct}, kMaxCorrections));
 }
 
-// Steps plan, simulate and correct, and their maximum number => best plan, kept in plan_, and its errors. Ends within
+// Steps plan, simulate and correct, and their maximum number => best plan, stored in plan_, and its errors. Ends within
 // tolerance or after three corrections without improvement; passes Unplannable of the first plan.
-ApproachPlanner::Flown ApproachPlanner::correct_by_simulations(const BySimulations& steps, int most) {
+ApproachPlanner::SimulatedErrors ApproachPlanner::correct_by_simulations(const BySimulations& steps,
+                                                                         int max_corrections) {
   constexpr int kPatience = 2;  // corrections without improvement; not every correction improves the plan
   const ApproachPlan before = plan_;
   const double time = time_;
   const std::vector<double> position = position_, rate = rate_;
   const Posed X_WB = X_WB_;
   struct Best {
-    Flown flown;
+    SimulatedErrors errors;
     ApproachPlan plan;
     std::vector<double> position, rate;
   };
   std::optional<Best> best;
   for (int i = 0, stuck = 0;; ++i) {
     Gaps planned;
-    bool ends = i == most;
+    bool ends = i == max_corrections;
     try {
       planned = steps.plan();
     } catch (const Unplannable&) {
@@ -156,20 +158,20 @@ ApproachPlanner::Flown ApproachPlanner::correct_by_simulations(const BySimulatio
     }
     Gaps left;
     if (!planned.empty()) {
-      const Gaps gaps = steps.fly();
+      const Gaps gaps = steps.simulate();
       for (std::size_t g = 0; g < gaps.size(); ++g) left.push_back(gaps[g] - planned[g]);
       const double largest = largest_of(left);
       report_gaps(gaps);
-      stuck = !best || largest < 0.9 * best->flown.beside ? 0 : stuck + 1;
-      if (!best || largest < best->flown.beside) best = Best{{gaps, largest}, plan_, position_, rate_};
-      ends = ends || largest <= kArrivedInFlight || stuck > kPatience;
+      stuck = !best || largest < 0.9 * best->errors.beside ? 0 : stuck + 1;
+      if (!best || largest < best->errors.beside) best = Best{{gaps, largest}, plan_, position_, rate_};
+      ends = ends || largest <= kArrivedInSimulation || stuck > kPatience;
     }
     const long evaluations = plan_.report.rhs_evaluations;
     plan_ = ends ? std::move(best->plan) : before;
     plan_.report.rhs_evaluations = evaluations;
     if (ends) {
       position_ = std::move(best->position), rate_ = std::move(best->rate);
-      return std::move(best->flown);
+      return std::move(best->errors);
     }
     steps.correct(left);
     time_ = time, position_ = position, rate_ = rate, X_WB_ = X_WB;
@@ -196,14 +198,14 @@ void ApproachPlanner::report_gaps(const Gaps& gaps) {
 }
 
 Vector3d ApproachPlanner::turn_beside(const State& servicer) const {
-  if (!attitude_kept()) return Vector3d::zero();
+  if (!attitude_held()) return Vector3d::zero();
   const Posed X_WB = root_pose(servicer_.model, servicer, servicer_.base);
   return transposed_times(X_WB.R, root_twist(servicer_.model, servicer, servicer_.base).angular);
 }
 
 // Plan => final errors of its simulation, and in `around` the centre of mass, momentum and residual angular velocity of
 // the servicer as Chebyshev series of time.
-ApproachPlanner::Gaps ApproachPlanner::fly_over(const StraightInProblem& in, StraightInSurroundings& around) {
+ApproachPlanner::Gaps ApproachPlanner::simulate_approach(const StraightInProblem& in, StraightInSurroundings& around) {
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfServicer);
   std::size_t next = 0;
   StepWatch watch;
@@ -211,25 +213,25 @@ ApproachPlanner::Gaps ApproachPlanner::fly_over(const StraightInProblem& in, Str
     for (; next < recorded->times().size() && recorded->times()[next] <= step.end; ++next) {
       const double t = recorded->times()[next];
       if (t < step.begin) continue;
-      const State state = without_inner_motion(flown_, step.at(t).state, servicer_);
+      const State state = without_inner_motion(simulated_servicer_, step.at(t).state, servicer_);
       const FreeMotion now = free_motion(servicer_.model, state, t, problem_.gravity);
       recorded->put(kCom, next, now.p_WCom);
       recorded->put(kAngular, next, now.h.angular), recorded->put(kLinear, next, now.h.linear);
       recorded->put(kTurn, next, turn_beside(state));
     }
   };
-  const State end = fly(plan_.joints, in.end, watch);
+  const State end = simulate(plan_.joints, in.end, watch);
   recorded->fit();
   around.motion = [recorded, mass = motion_.mass, gravity = problem_.gravity](double t) {
     return FreeMotion{t, recorded->vector_at(kCom, t),
                       Momentumd{recorded->vector_at(kAngular, t), recorded->vector_at(kLinear, t)}, mass, gravity};
   };
   around.w_B = [recorded](double t) { return recorded->vector_at(kTurn, t); };
-  return gaps_in_flight(in, end);
+  return simulated_gaps(in, end);
 }
 
 // Targets at the capture => their motion during the straight approach under loads and orbital field, propagated
-// backwards and stored as Chebyshev series; quaternions keep their sign from sample to sample.
+// backwards and stored as Chebyshev series; quaternions have the same sign from sample to sample.
 std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const StraightInProblem& in) const {
   const std::size_t count = problem_.targets.size();
   auto recorded = std::make_shared<Recorded>(in.begin, in.end, kOfTarget * count);
@@ -265,21 +267,21 @@ std::function<std::vector<FreeBody>(double)> ApproachPlanner::targets_over(const
   };
 }
 
-void ApproachPlanner::warn_of_simulated_miss(const Flown& flown) {
-  const std::string missed = in_words(flown.gaps);
+void ApproachPlanner::warn_of_simulated_miss(const SimulatedErrors& errors) {
+  const std::string missed = in_words(errors.gaps);
   if (missed.empty()) return;
   plan_.warnings.push_back(
       fmt::format("approach: straight_in, simulated under {}, leaves the end-effectors up to {}, and corrections do "
                   "not reduce this: {}",
                   disturbances(), missed,
-                  flown.beside > kWorthSaying ? "each correction changes the loads by more than it compensates"
-                                              : "the joints cannot produce the required motion"));
+                  errors.beside > kReported ? "each correction changes the loads by more than it compensates"
+                                            : "the joints cannot produce the required motion"));
 }
 
 // Straight approach of a flexible robot => plan of the rigid robot whose simulation has the demanded final values; the
 // errors are subtracted from the goals in the targets' frames (22.10). Warns of the deflection on the path.
 void ApproachPlanner::come_in_bending(StraightInProblem& in) {
-  constexpr int kMost = 12;
+  constexpr int kMaxCorrections = 12;
   const StraightInProblem meant = in;
   std::vector<double> guess;
   const auto plan = [&] {
@@ -287,14 +289,14 @@ void ApproachPlanner::come_in_bending(StraightInProblem& in) {
     guess = in.position;
     return left;
   };
-  const auto fly_it = [&] { return gaps_in_flight(meant, fly(plan_.joints, in.end)); };
+  const auto simulate_plan = [&] { return simulated_gaps(meant, simulate(plan_.joints, in.end)); };
   const auto correct = [&](const Gaps& gaps) { shift_goals(gaps, in); };
-  const std::string missed = in_words(correct_by_simulations({plan, fly_it, correct}, kMost).gaps);
+  const std::string missed = in_words(correct_by_simulations({plan, simulate_plan, correct}, kMaxCorrections).gaps);
   plan_.warnings.push_back(fmt::format(
       "approach: straight_in brings the end-effectors of the flexible robot to {} at its end; it is planned for a "
       "rigid robot, and the path of the end-effectors differs by the deflection{}",
       missed.empty() ? "the demanded poses and velocities" : "up to " + missed,
-      plan_.report.way ? "; the same holds for joint limits and other path constraints, which the run checks" : ""));
+      plan_.report.path ? "; the same holds for joint limits and other path constraints, which the run checks" : ""));
 }
 
 std::vector<Goal> ApproachPlanner::final_goals(const StraightInProblem& in) const {
@@ -304,12 +306,13 @@ std::vector<Goal> ApproachPlanner::final_goals(const StraightInProblem& in) cons
   return goals_at(in, targets, in.end);
 }
 
-ApproachPlanner::Gaps ApproachPlanner::gaps_in_flight(const StraightInProblem& in, const State& end) const {
-  const Kinematics k = forward_kinematics(flown_.model, end);
+ApproachPlanner::Gaps ApproachPlanner::simulated_gaps(const StraightInProblem& in, const State& end) const {
+  const Kinematics k = forward_kinematics(simulated_servicer_.model, end);
   Gaps gaps;
   for (const Goal& goal : final_goals(in)) {
-    const int frame = flown_.model.frame_index(servicer_.model.frames()[goal.frame].name);
-    gaps.push_back(goal_gap(goal, frame_pose(flown_.model, k, frame), frame_twist(flown_.model, k, frame)));
+    const int frame = simulated_servicer_.model.frame_index(servicer_.model.frames()[goal.frame].name);
+    gaps.push_back(goal_gap(goal, frame_pose(simulated_servicer_.model, k, frame),
+                            frame_twist(simulated_servicer_.model, k, frame)));
   }
   return gaps;
 }

@@ -17,12 +17,12 @@ namespace {
 // Tolerance of the orientation per step [rad]. Its cost is a few microseconds; all later results depend on it.
 constexpr double kTurnTolerance = 1e-14;
 // About 20 per revolution.
-constexpr long kMostSteps = 1'000'000;
+constexpr long kMaxSteps = 1'000'000;
 
 // Motion of a body under gravity alone. Its angular momentum L about the centre of mass is constant in W, and w_B =
 // J^-1 R^T L is integrated; the centre of mass follows a parabola.
-TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
-                        const Vector3d& gravity) {
+TargetMotion propagate_freely(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
+                              const Vector3d& gravity) {
   const Rotationd& R0 = at_t0.X_WT.R;
   const Vector3d L = R0 * (target.inertia * transposed_times(R0, at_t0.V_WT.angular));
   const SymmetricFactor3<double> J(target.inertia);
@@ -32,7 +32,7 @@ TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, do
   Tolerances tolerances;
   tolerances.rtol = tolerances.atol = 0.5 * kTurnTolerance;
   StepControl control;
-  control.max_steps = kMostSteps;
+  control.max_steps = kMaxSteps;
   DormandPrince853<double> stepper(manifold, tolerances, control);
   const Quaterniond q0 = quaternion_from(R0);
   const double y0[] = {q0.w, q0.x, q0.y, q0.z};
@@ -67,7 +67,7 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   if (t0 == t1) return at_t0;
   const std::string body = target_body_name(target.name);
   if (!orbit && std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
-    return fly_freely(target, at_t0, t0, t1, gravity);
+    return propagate_freely(target, at_t0, t0, t1, gravity);
   const Model model = ModelBuilder().add(target_body(target)).build();
   PhaseSetup setup;
   setup.gravity = gravity;

@@ -120,8 +120,8 @@ class MarginBound {
 };
 
 // A case under computation.
-struct Flight {
-  Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
+struct ActiveCase {
+  ActiveCase(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
 
   CaseRow row;
   CaseClock clock;
@@ -131,35 +131,35 @@ struct Flight {
   std::optional<lanes::LaneStructure> structure;
   // Run in lanes that evaluate its controllers (lanes::take_turn); null: none.
   std::unique_ptr<PhaseDynamics> dynamics;
-  std::exception_ptr trouble;  // thrown by a monitor of the current segment
-  MarginBound margin;          // of its end condition
+  std::exception_ptr error;  // thrown by a monitor of the current segment
+  MarginBound margin;        // of its end condition
 
   /// Whether its task can share lanes with the given task.
-  bool goes_with(const lanes::LaneStructure& of, bool watched, bool may_stop) const {
+  bool is_compatible(const lanes::LaneStructure& of, bool watched, bool may_stop) const {
     return !task->watch == !watched && !task->stop == !may_stop && *structure == of;
   }
 };
 
-// Passes a state to the monitors of a flight's current segment. Their exceptions belong to the case and are stored
+// Passes a state to the monitors of a case's current segment. Their exceptions belong to the case and are stored
 // until its lane has finished.
-void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector<double>& motor) {
-  if (flight.trouble) return;
-  const Model& model = *flight.task->model;
+void show(const lanes::LaneView& view, ActiveCase& active, State& state, std::vector<double>& motor) {
+  if (active.error) return;
+  const Model& model = *active.task->model;
   state.q = view.q, state.v = view.v;
   motor.clear();
   for (int body : model.joints()) {
     motor.push_back(
         view.motor[static_cast<std::size_t>(model.bodies()[static_cast<std::size_t>(body)].placement.link)]);
   }
-  flight.clock.resume();
+  active.clock.resume();
   try {
-    flight.task->watch(view.time, state, motor);
-    flight.clock.check();
+    active.task->watch(view.time, state, motor);
+    active.clock.check();
   } catch (const CaseStopped&) {  // the block is abandoned
   } catch (const std::exception&) {
-    flight.trouble = std::current_exception();
+    active.error = std::current_exception();
   }
-  flight.clock.pause();
+  active.clock.pause();
 }
 
 // Time attributed to one case.
@@ -183,14 +183,14 @@ std::string message_of(const std::exception_ptr& thrown) {
   }
 }
 
-// Whether a flight's current segment continues beyond a state, because its end condition is not met.
-bool goes_on(const lanes::LaneView& view, Flight& flight, State& state) {
-  if (!flight.task->stop || flight.trouble) return true;
+// Whether a case's current segment continues beyond a state, because its end condition is not met.
+bool continues(const lanes::LaneView& view, ActiveCase& active, State& state) {
+  if (!active.task->stop || active.error) return true;
   state.q = view.q, state.v = view.v;
   try {
-    return !flight.margin.may_fall(view.time, flight.task->stop(view.time, state));
+    return !active.margin.may_fall(view.time, active.task->stop(view.time, state));
   } catch (const std::exception&) {
-    flight.trouble = std::current_exception();
+    active.error = std::current_exception();
   }
   return false;
 }
@@ -256,20 +256,25 @@ PhaseOutcome outcome_of(const lanes::LaneStructure& structure, const lanes::Lane
 
 class LaneBlock {
  public:
-  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop, std::size_t most)
-      : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop), most_(most) {}
+  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop,
+            std::size_t max_in_progress)
+      : campaign_(campaign),
+        detail_(detail_of(campaign.columns)),
+        set_(set),
+        stop_(stop),
+        max_in_progress_(max_in_progress) {}
 
   std::vector<CaseRow> run(const Block& block) {
     next_ = block.begin, end_ = block.end;
     do {
       begin_some();
-      fly_all();
+      integrate_all();
     } while (next_ < end_ && !stop_.stop_requested());
     if (stop_.stop_requested()) return {};  // cases may be incomplete: the block is abandoned
     std::vector<CaseRow> rows;
-    for (auto& flight : flights_) {
-      flight->row.success = is_success(campaign_, flight->row);
-      rows.push_back(std::move(flight->row));
+    for (auto& active : cases_) {
+      active->row.success = is_success(campaign_, active->row);
+      rows.push_back(std::move(active->row));
     }
     return rows;
   }
@@ -277,107 +282,107 @@ class LaneBlock {
  private:
   // Runs a part of a case; an exception becomes the case's reason.
   template <class Work>
-  void attempt(Flight& flight, Work&& work) {
+  void attempt(ActiveCase& active, Work&& work) {
     try {
-      flight.clock.resume();
+      active.clock.resume();
       work();
     } catch (const CaseStopped&) {
-      close(flight);  // the block is abandoned
+      close(active);  // the block is abandoned
     } catch (const std::exception& error) {
-      take(flight, failed_case(error_text(error), campaign_.columns.size()));
+      take(active, failed_case(error_text(error), campaign_.columns.size()));
     }
-    flight.clock.pause();
+    active.clock.pause();
   }
 
   // Starts cases up to the limit. Returns whether any was started.
   bool begin_some() {
     const std::uint64_t first = next_;
-    while (next_ < end_ && under_way_ < most_ && !stop_.stop_requested()) {
-      flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
-      ++under_way_;
-      begin(*flights_.back(), next_++);
+    while (next_ < end_ && in_progress_ < max_in_progress_ && !stop_.stop_requested()) {
+      cases_.push_back(std::make_unique<ActiveCase>(campaign_, stop_));
+      ++in_progress_;
+      begin(*cases_.back(), next_++);
     }
     return next_ > first;
   }
 
-  void begin(Flight& flight, std::uint64_t k) {
-    flight.row.index = k;
-    flight.row.inputs.assign(campaign_.inputs.size(), NAN);
-    attempt(flight, [&] {
-      flight.row.inputs = campaign_.draw(k);
-      flight.point = std::make_unique<StudyCase>(campaign_.problem(k));
-      const std::optional<ControlSetup>& control = flight.point->problem.control;
-      if (control && control->source && control->source->one_at_a_time()) return start_anew(flight);
+  void begin(ActiveCase& active, std::uint64_t k) {
+    active.row.index = k;
+    active.row.inputs.assign(campaign_.inputs.size(), NAN);
+    attempt(active, [&] {
+      active.row.inputs = campaign_.draw(k);
+      active.point = std::make_unique<StudyCase>(campaign_.problem(k));
+      const std::optional<ControlSetup>& control = active.point->problem.control;
+      if (control && control->source && control->source->one_at_a_time()) return start_anew(active);
       const bool impact = campaign_.mode == StudyMode::impact;
-      flight.steps =
-          std::make_unique<CaptureSteps>(flight.point->problem, detail_, flight.clock.watch(),
+      active.steps =
+          std::make_unique<CaptureSteps>(active.point->problem, detail_, active.clock.watch(),
                                          impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
-      go_on(flight);
+      advance(active);
     });
   }
 
   // Continues to the next segment for lanes, or to the end; other segments are integrated alone.
-  void go_on(Flight& flight) {
-    while ((flight.task = flight.steps->next())) {
-      const MotionTask& task = *flight.task;
+  void advance(ActiveCase& active) {
+    while ((active.task = active.steps->next())) {
+      const MotionTask& task = *active.task;
       if (!reason_alone(task).empty()) continue;
       IntegrationSetup integration = task.integration;
       integration.max_steps = std::min(integration.max_steps, kMostSteps);
-      flight.structure = lanes::lane_structure(*task.model, *task.setup, integration);
+      active.structure = lanes::lane_structure(*task.model, *task.setup, integration);
       // One step or more per sample time in all cases: their number does not characterize a case.
-      if (flight.structure->control.by_case) flight.structure->integration.max_steps = task.integration.max_steps;
+      if (active.structure->control.by_case) active.structure->integration.max_steps = task.integration.max_steps;
       return;
     }
-    take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
+    take(active, case_row(*active.point, active.steps->finish(), campaign_.columns));
   }
 
   // Alone, from the beginning: calls of controllers and sensors during a segment cannot be undone.
-  void start_anew(Flight& flight) {
-    flight.steps.reset();
-    take(flight, run_case(*flight.point, campaign_.mode, campaign_.columns, flight.clock.watch()));
+  void start_anew(ActiveCase& active) {
+    active.steps.reset();
+    take(active, run_case(*active.point, campaign_.mode, campaign_.columns, active.clock.watch()));
   }
 
-  void take(Flight& flight, CaseRow row) {
-    flight.row.status = row.status;
-    flight.row.reason = std::move(row.reason);
-    flight.row.values = std::move(row.values);
-    close(flight);
+  void take(ActiveCase& active, CaseRow row) {
+    active.row.status = row.status;
+    active.row.reason = std::move(row.reason);
+    active.row.values = std::move(row.values);
+    close(active);
   }
-  void close(Flight& flight) {
-    --under_way_;
-    flight.task = nullptr;
-    flight.structure.reset();
-    flight.dynamics.reset();
-    flight.steps.reset();
-    flight.point.reset();
+  void close(ActiveCase& active) {
+    --in_progress_;
+    active.task = nullptr;
+    active.structure.reset();
+    active.dynamics.reset();
+    active.steps.reset();
+    active.point.reset();
   }
 
-  // Runs all flights to their ends, segments of equal structure together.
-  void fly_all() {
-    for (std::vector<Flight*> waiting = waiting_from(0); !waiting.empty(); waiting = waiting_from(0)) {
+  // Runs all active cases to their ends, segments of equal structure together.
+  void integrate_all() {
+    for (std::vector<ActiveCase*> waiting = waiting_from(0); !waiting.empty(); waiting = waiting_from(0)) {
       while (!waiting.empty()) {
-        const std::vector<Flight*> together = take_together(waiting);
-        fly(*together.front()->structure, together, true);
+        const std::vector<ActiveCase*> together = take_together(waiting);
+        integrate(*together.front()->structure, together, true);
         if (stop_.stop_requested()) return;
       }
     }
   }
 
-  std::vector<Flight*> waiting_from(std::size_t first) const {
-    std::vector<Flight*> waiting;
-    for (std::size_t i = first; i < flights_.size(); ++i) {
-      if (flights_[i]->task) waiting.push_back(flights_[i].get());
+  std::vector<ActiveCase*> waiting_from(std::size_t first) const {
+    std::vector<ActiveCase*> waiting;
+    for (std::size_t i = first; i < cases_.size(); ++i) {
+      if (cases_[i]->task) waiting.push_back(cases_[i].get());
     }
     return waiting;
   }
 
-  // Extracts the flights that can share lanes with the first.
-  static std::vector<Flight*> take_together(std::vector<Flight*>& waiting) {
-    const Flight& first = *waiting.front();
-    const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
-      return flight->goes_with(*first.structure, first.task->watch != nullptr, first.task->stop != nullptr);
+  // Extracts the cases that can share lanes with the first.
+  static std::vector<ActiveCase*> take_together(std::vector<ActiveCase*>& waiting) {
+    const ActiveCase& first = *waiting.front();
+    const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const ActiveCase* active) {
+      return active->is_compatible(*first.structure, first.task->watch != nullptr, first.task->stop != nullptr);
     });
-    const std::vector<Flight*> together(waiting.begin(), others);
+    const std::vector<ActiveCase*> together(waiting.begin(), others);
     waiting.erase(waiting.begin(), others);
     return together;
   }
@@ -385,28 +390,29 @@ class LaneBlock {
   // Starts further cases if many slots are free, and runs them to a segment that can share lanes with `together`, which
   // they join. Returns whether any was started. With few free slots, because most cases wait for other lanes, the new
   // cases would not fill a lane block.
-  bool begin_more(const lanes::LaneStructure& structure, bool watched, bool may_stop, std::vector<Flight*>& together) {
-    const std::size_t begun = flights_.size();
-    if (2 * under_way_ > most_ || !begin_some()) return false;
+  bool begin_more(const lanes::LaneStructure& structure, bool watched, bool may_stop,
+                  std::vector<ActiveCase*>& together) {
+    const std::size_t begun = cases_.size();
+    if (2 * in_progress_ > max_in_progress_ || !begin_some()) return false;
     for (;;) {
-      std::vector<Flight*> waiting = waiting_from(begun);
-      const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* flight) {
-        return flight->goes_with(structure, watched, may_stop);
+      std::vector<ActiveCase*> waiting = waiting_from(begun);
+      const auto others = std::stable_partition(waiting.begin(), waiting.end(), [&](const ActiveCase* active) {
+        return active->is_compatible(structure, watched, may_stop);
       });
       if (others == waiting.end()) {
         together.insert(together.end(), waiting.begin(), waiting.end());
         return true;
       }
       waiting.erase(waiting.begin(), others);
-      const std::vector<Flight*> first = take_together(waiting);
-      fly(*first.front()->structure, first, false);
+      const std::vector<ActiveCase*> first = take_together(waiting);
+      integrate(*first.front()->structure, first, false);
       if (stop_.stop_requested()) return false;
     }
   }
 
-  // Integrates one segment of each flight, and with `refill` of further cases of the block that reach such a segment.
-  // `structure` by value: the flights continue to other segments during the loop.
-  void fly(const lanes::LaneStructure structure, std::vector<Flight*> together, bool refill) {
+  // Integrates one segment of each case, and with `refill` of further cases of the block that reach such a segment.
+  // `structure` by value: the cases continue to other segments during the loop.
+  void integrate(const lanes::LaneStructure structure, std::vector<ActiveCase*> together, bool refill) {
     const bool watched = together.front()->task->watch != nullptr;
     const bool may_stop = together.front()->task->stop != nullptr;
     std::size_t next = 0;
@@ -414,16 +420,16 @@ class LaneBlock {
       while (refill && next == together.size() && begin_more(structure, watched, may_stop, together)) {
       }
       while (next < together.size() && !stop_.stop_requested()) {
-        Flight& flight = *together[next++];
+        ActiveCase& active = *together[next++];
         bool ready = false;
-        attempt(flight, [&] {
-          const MotionTask& task = *flight.task;
-          flight.margin = {};
+        attempt(active, [&] {
+          const MotionTask& task = *active.task;
+          active.margin = {};
           lane.id = next - 1;
           lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
           lanes::lane_case(structure, *task.model, *task.setup, task.start,
                            lanes::lane_motion(structure, *task.model, *task.setup, task.begin, task.end), lane);
-          if (structure.control.by_case) flight.dynamics = std::make_unique<PhaseDynamics>(*task.model, *task.setup);
+          if (structure.control.by_case) active.dynamics = std::make_unique<PhaseDynamics>(*task.model, *task.setup);
           ready = true;
         });
         if (ready) return true;
@@ -431,55 +437,55 @@ class LaneBlock {
       return false;
     };
     const auto sink = [&](const lanes::LaneCase& lane, const lanes::LaneOutcome& outcome) {
-      Flight& flight = *together[outcome.id];
-      std::unique_ptr<PhaseDynamics> dynamics = std::move(flight.dynamics);
-      attempt(flight, [&] {
-        if (flight.trouble) std::rethrow_exception(flight.trouble);
+      ActiveCase& active = *together[outcome.id];
+      std::unique_ptr<PhaseDynamics> dynamics = std::move(active.dynamics);
+      attempt(active, [&] {
+        if (active.error) std::rethrow_exception(active.error);
         PhaseOutcome result = outcome_of(structure, outcome);
         const bool broken_off = outcome.status == lanes::LaneStatus::broken_off;
         if (broken_off) result.failure = message_of(outcome.error);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
-                              structure.integration.max_steps < flight.task->integration.max_steps;
+                              structure.integration.max_steps < active.task->integration.max_steps;
         // Integration alone resolves the remainder, and modes change at a wheel's largest rate.
-        const bool goes_on_alone =
-            outcome.status == lanes::LaneStatus::handed_back || outcome.status == lanes::LaneStatus::at_largest_rate;
+        const bool continues_alone =
+            outcome.status == lanes::LaneStatus::step_refused || outcome.status == lanes::LaneStatus::at_largest_rate;
         // Integration alone, from the start, reports the diverging quantity, or why loops cannot be closed.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
-                               (goes_on_alone && (dynamics || outcome.time == flight.task->begin)) ||
-                               (!goes_on_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
+                               (continues_alone && (dynamics || outcome.time == active.task->begin)) ||
+                               (!continues_alone && !outcome.finished() && !broken_off && !structure.loops.empty());
         if (too_long || for_alone) {
-          if (!dynamics) return go_on(flight);
+          if (!dynamics) return advance(active);
           dynamics.reset();  // with its controller
-          return start_anew(flight);
+          return start_anew(active);
         }
-        const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
+        const std::shared_ptr<ControlClock>& clock = active.task->setup->clock;
         if (dynamics) {
           dynamics->end_control(outcome.time);
-        } else if (clock && (goes_on_alone || outcome.finished())) {
+        } else if (clock && (continues_alone || outcome.finished())) {
           lanes::end_control(*lane.motion, outcome, *clock);
         }
-        if (goes_on_alone) {
-          flight.steps->integrated_in_part(std::move(result), measures_of(outcome), outcome.next_step);
+        if (continues_alone) {
+          active.steps->integrated_in_part(std::move(result), measures_of(outcome), outcome.next_step);
         } else {
-          flight.steps->integrated(std::move(result), measures_of(outcome));
+          active.steps->integrated(std::move(result), measures_of(outcome));
         }
-        go_on(flight);
+        advance(active);
       });
     };
     const auto control = [&](const lanes::LaneTurn& turn, std::span<double> command) {
-      Flight& flight = *together[turn.id];
-      const OnClock on_clock(flight.clock);
-      flight.clock.check();
-      return lanes::take_turn(structure, *flight.dynamics, turn, command);
+      ActiveCase& active = *together[turn.id];
+      const OnClock on_clock(active.clock);
+      active.clock.check();
+      return lanes::take_turn(structure, *active.dynamics, turn, command);
     };
     State state;
     std::vector<double> motor;
-    const auto look = [&](const lanes::LaneView& view) {
+    const auto observe = [&](const lanes::LaneView& view) {
       if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
     };
-    const auto gate = [&](const lanes::LaneView& view) { return goes_on(view, *together[view.id], state); };
+    const auto gate = [&](const lanes::LaneView& view) { return continues(view, *together[view.id], state); };
     lanes::run_lanes(structure, source, sink, set_for(together.size()),
-                     watched ? lanes::LaneWatch(look) : lanes::LaneWatch(),
+                     watched ? lanes::LaneWatch(observe) : lanes::LaneWatch(),
                      may_stop ? lanes::LaneGate(gate) : lanes::LaneGate(), control);
   }
 
@@ -494,9 +500,9 @@ class LaneBlock {
   const CaptureDetail detail_;
   const lanes::InstructionSet set_;
   const std::stop_token& stop_;
-  const std::size_t most_;                        // largest number of concurrent cases
-  std::vector<std::unique_ptr<Flight>> flights_;  // begun, in the order of their cases
-  std::size_t under_way_ = 0;
+  const std::size_t max_in_progress_;               // largest number of concurrent cases
+  std::vector<std::unique_ptr<ActiveCase>> cases_;  // begun, in the order of their cases
+  std::size_t in_progress_ = 0;
   std::uint64_t next_ = 0, end_ = 0;  // cases to start
 };
 
@@ -512,8 +518,8 @@ std::string reason_alone(const MotionTask& task) {
 }
 
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                        const std::stop_token& stop, std::size_t under_way) {
-  return LaneBlock(campaign, set, stop, under_way).run(block);
+                                        const std::stop_token& stop, std::size_t in_progress) {
+  return LaneBlock(campaign, set, stop, in_progress).run(block);
 }
 
 }  // namespace grapnel

@@ -49,7 +49,7 @@ template <>
 struct Described<CampaignPlan> : Enumeration<CampaignPlan, "CampaignPlan", "nominal", "per_case"> {};
 
 /// Cases that are stored with complete results and time series, as by `grapnel run`, in separate folders.
-struct SeriesToKeep {
+struct SeriesSelection {
   std::uint64_t sample = 0;    // number of first cases
   std::uint64_t failures = 0;  // largest number of failed cases, the first ones
   std::uint64_t worst = 0;     // number of cases with the largest `worst_by`
@@ -79,7 +79,7 @@ struct Campaign {
   std::vector<Criterion> success;
   double confidence = 0.95;                                                // of the intervals in the results, two-sided
   std::vector<double> quantiles{0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99};  // probabilities, increasing
-  SeriesToKeep series;
+  SeriesSelection series;
   double time_limit = 0;  // wall time of one case [s]; 0: none
 
   /// The numbers of case k, one per input: a function of (campaign, seed, k) alone; with a design, of k % cases, so
@@ -123,14 +123,14 @@ BlockWork block_work(const Campaign& campaign);
 /// Number of concurrent cases of a block: 16 per AVX-512 lane, so that lanes are rarely empty, and few enough to keep
 /// their memory allocated: 390 concurrent cases took 5 % more time, most of it system time for releasing and requesting
 /// pages (docs/performance.md).
-inline constexpr std::size_t kCasesUnderWay = 128;
+inline constexpr std::size_t kCasesInProgress = 128;
 
 /// Computes the rows of a block concurrently: segments are integrated in SIMD lanes, all other work is done case by
 /// case. A segment that lanes do not support (reason_alone()) is integrated alone, as by run_campaign_case(). This
 /// selection, and every number of a row, depend only on the case. After a stop request it returns fewer rows, or none.
-/// `under_way`: as kCasesUnderWay, at least one; rows do not depend on it.
+/// `in_progress`: as kCasesInProgress, at least one; rows do not depend on it.
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                        const std::stop_token& stop, std::size_t under_way = kCasesUnderWay);
+                                        const std::stop_token& stop, std::size_t in_progress = kCasesInProgress);
 
 /// Why a segment is integrated alone; empty: it is integrated in lanes.
 std::string reason_alone(const MotionTask& task);

@@ -18,8 +18,8 @@ constexpr std::size_t kGroups = 20;      // of success_by
 constexpr std::size_t kWorstCases = 10;  // unless the campaign states the number
 
 void check_heads(const Campaign& campaign, const CampaignTable& table) {
-  const auto same = [](const auto& asked, const std::vector<CampaignTable::Head>& heads) {
-    return std::equal(asked.begin(), asked.end(), heads.begin(), heads.end(),
+  const auto same = [](const auto& requested, const std::vector<CampaignTable::Head>& heads) {
+    return std::equal(requested.begin(), requested.end(), heads.begin(), heads.end(),
                       [](const auto& a, const CampaignTable::Head& b) { return a.name == b.name; });
   };
   if (!same(campaign.inputs, table.inputs()) || !same(campaign.columns, table.columns()))
@@ -110,8 +110,8 @@ void find_worst(const Rows& rows, const std::vector<double>& numbers, CampaignRe
   std::vector<std::uint32_t> candidates;
   for (std::size_t row = 0; row < rows.count(); ++row)
     if (rows.ok(row) && std::isfinite(numbers[row])) candidates.push_back(static_cast<std::uint32_t>(row));
-  const std::size_t asked = rows.campaign.series.worst > 0 ? rows.campaign.series.worst : kWorstCases;
-  const std::size_t count = std::min(asked, candidates.size());
+  const std::size_t requested = rows.campaign.series.worst > 0 ? rows.campaign.series.worst : kWorstCases;
+  const std::size_t count = std::min(requested, candidates.size());
   std::partial_sort(
       candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count), candidates.end(),
       [&](std::uint32_t a, std::uint32_t b) { return badness(a) != badness(b) ? badness(a) > badness(b) : a < b; });

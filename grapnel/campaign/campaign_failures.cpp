@@ -292,13 +292,13 @@ void count_reasons(const Rows& rows, CampaignReport& report) {
 
 void name_missing(const Campaign& campaign, CampaignReport& report) {
   const std::uint64_t ok = report.status[static_cast<std::size_t>(CaseStatus::ok)];
-  const auto say = [&](std::string text) { report.warnings.push_back(std::move(text)); };
+  const auto warn = [&](std::string text) { report.warnings.push_back(std::move(text)); };
   if (ok == 0) return;
   if (campaign.success.empty())
-    say("no criteria are given: every completed case counts as a success without further checks");
+    warn("no criteria are given: every completed case counts as a success without further checks");
   const bool all_assumed = report.assumed > 0 && report.assumed == report.success;
   if (report.assumed > 0)
-    say(
+    warn(
         fmt::format("{} successes the grasps are assumed to close: end-effectors without an 'envelope' hold without a "
                     "check of position and velocity",
                     all_assumed ? "in all" : fmt::format("in {} of {}", report.assumed, report.success)));
@@ -306,14 +306,14 @@ void name_missing(const Campaign& campaign, CampaignReport& report) {
     const CampaignReport::CriterionCount& counted = report.criteria[c];
     const std::string name = "criterion '" + campaign.success[c].name() + "'";
     if (counted.undecided > 0)
-      say(
+      warn(
           fmt::format("{} was not checked in {} of {} cases, because a number that it reads does not exist: they do "
                       "not count as a success",
                       name, counted.undecided, ok));
     if (counted.met == ok && !(all_assumed && reads_capture(campaign, campaign.success[c])))
-      say(fmt::format("{} never fails: all {} cases that are ok meet it, so it has no effect", name, ok));
+      warn(fmt::format("{} never fails: all {} cases that are ok meet it, so it has no effect", name, ok));
     else if (counted.met == 0 && counted.not_checked < ok)
-      say(fmt::format("{} never holds: none of {} cases that are ok meets it", name, ok));
+      warn(fmt::format("{} never holds: none of {} cases that are ok meets it", name, ok));
   }
 }
 

@@ -100,14 +100,14 @@ std::optional<Holder> holder_from(const std::string& text) {
 }
 
 // Whether the process is known to have ended, or to exist.
-enum class Fate { gone, there, unknown };
+enum class Fate { ended, running, unknown };
 Fate fate_of(const Holder& holder) {
   const Holder me = myself();
-  if (holder.host == me.host && holder.boot != me.boot) return Fate::gone;  // the machine was rebooted
+  if (holder.host == me.host && holder.boot != me.boot) return Fate::ended;  // the machine was rebooted
   if (holder.host != me.host || holder.boot != me.boot || holder.space != me.space) return Fate::unknown;
-  if (::kill(static_cast<pid_t>(holder.pid), 0) != 0 && errno == ESRCH) return Fate::gone;
+  if (::kill(static_cast<pid_t>(holder.pid), 0) != 0 && errno == ESRCH) return Fate::ended;
   const std::string start = start_of(holder.pid);
-  return start.empty() || start == holder.start ? Fate::there : Fate::gone;
+  return start.empty() || start == holder.start ? Fate::running : Fate::ended;
 }
 
 // --- A file with the system's lock ---
@@ -208,19 +208,19 @@ class LockFile {
 }
 
 // After the system granted the lock, or without locks: whether the holder in the text still exists.
-void expect_gone(const fs::path& folder, const LockFile& file, bool system_gave) {
+void expect_ended(const fs::path& folder, const LockFile& file, bool is_granted) {
   const std::optional<Holder> holder = holder_from(file.text());
   if (!holder) return;
   const Fate fate = fate_of(*holder);
-  if (fate == Fate::gone) return;
+  if (fate == Fate::ended) return;
   // The same kernel manages all its locks.
-  if (system_gave && holder->boot == myself().boot) return;
-  if (fate == Fate::there) in_use(folder, holder, "");
-  const double age = file.age(), gone = static_cast<double>(CampaignLock::kGone.count());
-  if (age >= gone) return;
+  if (is_granted && holder->boot == myself().boot) return;
+  if (fate == Fate::running) in_use(folder, holder, "");
+  const double age = file.age(), limit = static_cast<double>(CampaignLock::kGone.count());
+  if (age >= limit) return;
   in_use(folder, holder,
          fmt::format(" (its last heartbeat is {:.0f} s old; if it has ended, retry in {:.0f} s, or after removing {})",
-                     age, gone - age, file.path().string()));
+                     age, limit - age, file.path().string()));
 }
 
 // "lock.task-3-of-8", "lock.rank-2": not a user's lock.yaml.
@@ -238,7 +238,7 @@ std::optional<Holder> some_writer(const fs::path& folder) {
     std::ostringstream text;
     text << file.rdbuf();
     const std::optional<Holder> holder = holder_from(text.str());
-    if (holder && fate_of(*holder) != Fate::gone) return holder;
+    if (holder && fate_of(*holder) != Fate::ended) return holder;
   }
   return std::nullopt;
 }
@@ -255,7 +255,7 @@ constexpr int kOrphanTries = 100;
 constexpr std::chrono::milliseconds kOrphanWait{20};
 bool is_orphaned(const fs::path& folder, const LockFile& file) {
   const std::optional<Holder> alone = holder_from(file.text());
-  return !(alone && fate_of(*alone) != Fate::gone) && !some_writer(folder);
+  return !(alone && fate_of(*alone) != Fate::ended) && !some_writer(folder);
 }
 
 }  // namespace
@@ -282,14 +282,14 @@ CampaignLock::CampaignLock(const fs::path& folder, const std::string& writer)
   }
   if (whole == Taken::no) {
     const std::optional<Holder> alone = holder_from(held_->folder.text());
-    in_use(folder, alone && fate_of(*alone) != Fate::gone ? alone : some_writer(folder), "");
+    in_use(folder, alone && fate_of(*alone) != Fate::ended ? alone : some_writer(folder), "");
   }
-  expect_gone(folder, held_->folder, whole == Taken::yes);
+  expect_ended(folder, held_->folder, whole == Taken::yes);
   if (!writer.empty()) {
     held_->writer = std::make_unique<LockFile>(folder / ("lock." + writer));
     const Taken own = held_->writer->take(F_WRLCK, kFolderByte);
     if (own == Taken::no) in_use(folder, holder_from(held_->writer->text()), fmt::format(" as {}", writer));
-    expect_gone(folder, *held_->writer, own == Taken::yes);
+    expect_ended(folder, *held_->writer, own == Taken::yes);
     held_->folder.write("");  // of a holder that has ended
   } else if (whole == Taken::cannot) {
     if (const auto other = some_writer(folder)) in_use(folder, other, "");

@@ -114,8 +114,8 @@ std::string quantiles_text(const Campaign& campaign, const CampaignReport& repor
   std::vector<std::string> cells{"quantiles"};
   for (const std::size_t q : at)
     cells.push_back(campaign.quantiles[q] == 0.5 ? "median" : fmt::format("{:g} %", 100 * campaign.quantiles[q]));
-  cells.insert(cells.begin() + 1, "least");
-  cells.push_back("largest");
+  cells.insert(cells.begin() + 1, "minimum");
+  cells.push_back("maximum");
   table.row(cells);
   for (std::size_t i = 0; i < std::min(shown.size(), kMostLines); ++i) {
     const CampaignReport::Numbers& column = report.columns[shown[i]];
@@ -156,12 +156,12 @@ std::string sensitivity_text(const Campaign& campaign, const CampaignReport& rep
   std::string text = grouped ? "\nvariance explained by one input, or group of inputs, alone:\n"
                              : "\nvariance explained by one input alone:\n";
   std::size_t lines = 0;
-  std::set<std::string> told;
+  std::set<std::string> listed;
   for (const CampaignReport::Measure& measure : report.measures) {
     const bool constant = measure.name == "success" && (report.success == 0 || report.success == report.rows);
-    const bool asked = measure.of == CampaignReport::Measure::Of::criterion || wanted.contains(measure.name);
-    const bool again = !told.insert(measure.name).second;  // a criterion that is a column
-    if (constant || !asked || again || lines++ >= kMostLines) continue;
+    const bool requested = measure.of == CampaignReport::Measure::Of::criterion || wanted.contains(measure.name);
+    const bool again = !listed.insert(measure.name).second;  // a criterion that is a column
+    if (constant || !requested || again || lines++ >= kMostLines) continue;
     text += paragraph(measure.name + ": " + influences(report, measure), "  ");
   }
   return lines == 0 ? "" : text;

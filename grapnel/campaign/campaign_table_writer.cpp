@@ -310,7 +310,7 @@ void write_named(const fs::path& path, Write&& write) {
 
 void write_table(const fs::path& folder, const Campaign& campaign, const std::string& version, const EachRow& rows) {
   write_named(folder / "table.h5", [&](AtomicFile& file) {
-    const auto hand_to = [&](auto& table) {
+    const auto pass_rows_to = [&](auto& table) {
       rows([&](const CaseRow& row) {
         check_row(row, campaign);
         table.add(row);
@@ -318,13 +318,13 @@ void write_table(const fs::path& folder, const Campaign& campaign, const std::st
     };
     if (is_sweep(campaign)) {
       SweepFile table(campaign);
-      hand_to(table);
+      pass_rows_to(table);
       std::string image = table.image(version);
       seal(image);
       file.write(image);
     } else {
       CampaignFile table(file.temporary(), campaign, version);
-      hand_to(table);
+      pass_rows_to(table);
       table.finish();
       seal_file(file.temporary());
     }

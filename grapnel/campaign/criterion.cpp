@@ -159,10 +159,10 @@ class Parser {
   Expression comparison() {
     const std::size_t begin = at_;
     Expression left = sum();
-    const std::optional<Relation> asked = relation();
-    if (!asked) return left;
+    const std::optional<Relation> comparator = relation();
+    if (!comparator) return left;
     Expression e = node(Kind::comparison, begin);
-    e.relation = *asked;
+    e.relation = *comparator;
     e.operands.push_back(std::move(left));
     e.operands.push_back(sum());
     const std::size_t next = at_;

@@ -38,9 +38,9 @@ std::size_t edits(std::string_view a, std::string_view b, std::size_t most) {
     std::size_t diagonal = row[0];
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t kept = diagonal + (lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1);
+      const std::size_t substituted = diagonal + (lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1);
       diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, kept});
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
     }
   }
   return std::min(row.back(), most + 1);

@@ -35,26 +35,26 @@ std::uint64_t cases_of(const ShardStore& store, std::uint64_t shard, std::uint64
 
 }  // namespace
 
-BlockInProgress::BlockInProgress(ShardStore& store, const ShardStore::Missing& missing, double keep_after)
-    : store_(store), block_(missing.block), keep_after_(keep_after), kept_(Clock::now()) {
+BlockInProgress::BlockInProgress(ShardStore& store, const ShardStore::Missing& missing, double write_interval)
+    : store_(store), block_(missing.block), write_interval_(write_interval), written_at_(Clock::now()) {
   if (missing.rows > 0) rows_ = store.rows(block_);
 }
 
 void BlockInProgress::add(std::vector<CaseRow> fresh) {
   std::move(fresh.begin(), fresh.end(), std::back_inserter(rows_));
-  unkept_ = unkept_ || !fresh.empty();
-  if (is_complete() || seconds_since(kept_) >= keep_after_) keep();
+  has_unwritten_ = has_unwritten_ || !fresh.empty();
+  if (is_complete() || seconds_since(written_at_) >= write_interval_) write_rows();
 }
 
-void BlockInProgress::keep() {
-  if (!unkept_) return;
+void BlockInProgress::write_rows() {
+  if (!has_unwritten_) return;
   store_.write(block_, rows_);
-  kept_ = Clock::now();
-  unkept_ = false;
+  written_at_ = Clock::now();
+  has_unwritten_ = false;
 }
 
 void run_block(const BlockWork& work, const ShardStore::Missing& missing, std::uint64_t& part_size,
-               const std::function<void(std::vector<CaseRow>)>& hand_in, const std::stop_token& stop) {
+               const std::function<void(std::vector<CaseRow>)>& submit, const std::stop_token& stop) {
   constexpr double kShort = 0.5, kLong = 2;  // [s] of a part
   const Block& block = missing.block;
   for (std::uint64_t begin = block.begin + missing.rows; begin < block.end && !stop.stop_requested();) {
@@ -67,7 +67,7 @@ void run_block(const BlockWork& work, const ShardStore::Missing& missing, std::u
     if (took < kShort) part_size *= 2;
     if (took > kLong) part_size = std::max<std::uint64_t>(1, part_size / 2);
     part_size = std::min<std::uint64_t>(part_size, 1 << 20);
-    hand_in(std::move(fresh));
+    submit(std::move(fresh));
     if (cut_short) break;
   }
 }
@@ -89,32 +89,32 @@ CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const Campai
   const CaseProgress begun = progress_of(store, missing, options.shard, options.shards);
   // Threads share the estimate of cases per second.
   std::atomic<std::uint64_t> part_size = 1;
-  const auto compute = [&](std::size_t job, const RowSink& hand_in, const std::stop_token& stop) {
+  const auto compute = [&](std::size_t job, const RowSink& submit, const std::stop_token& stop) {
     std::uint64_t own = part_size;
     run_block(
         work, missing[job], own,
         [&](std::vector<CaseRow> fresh) {
           part_size = own;
-          hand_in(std::move(fresh));
+          submit(std::move(fresh));
         },
         stop);
   };
-  std::map<std::size_t, BlockInProgress> under_way;  // per job
+  std::map<std::size_t, BlockInProgress> in_progress;  // per job
   const auto write = [&](std::size_t job, std::vector<CaseRow> fresh) {
-    const auto at = under_way.try_emplace(job, store, missing[job], options.hand_in).first;
+    const auto at = in_progress.try_emplace(job, store, missing[job], options.write_interval).first;
     at->second.add(std::move(fresh));
-    if (at->second.is_complete()) under_way.erase(at);
+    if (at->second.is_complete()) in_progress.erase(at);
   };
-  const auto keep_all = [&] {
-    for (auto& [job, block] : under_way) block.keep();
+  const auto write_all = [&] {
+    for (auto& [job, block] : in_progress) block.write_rows();
   };
   try {
     const CaseProgress done = run_jobs(missing.size(), options, begun, compute, write);
-    keep_all();
+    write_all();
     return done;
   } catch (...) {
     try {
-      keep_all();
+      write_all();
     } catch (const std::exception&) {  // the first exception is reported
     }
     throw;
@@ -128,8 +128,8 @@ std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options
   CaseProgress progress;
   progress.total = sweep.total();
   rows.reserve(progress.total);
-  const auto compute = [&](std::size_t k, const RowSink& hand_in, const std::stop_token& stop) {
-    if (std::optional<CaseRow> row = run_campaign_case(sweep, k, stop)) hand_in({std::move(*row)});
+  const auto compute = [&](std::size_t k, const RowSink& submit, const std::stop_token& stop) {
+    if (std::optional<CaseRow> row = run_campaign_case(sweep, k, stop)) submit({std::move(*row)});
   };
   const auto put_in_order = [&](std::size_t k, std::vector<CaseRow> fresh) {
     early.emplace(k, std::move(fresh.front()));
@@ -239,11 +239,11 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
     const bool impact = campaign.mode == StudyMode::impact;
     CaptureSteps steps(point.problem, detail_of(campaign.columns), clock.watch(),
                        impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
-    std::set<std::string> said;
+    std::set<std::string> reported;
     bool watched = false;
     while (const MotionTask* task = steps.next()) {
       const std::string reason = reason_alone(*task);
-      if (!reason.empty() && said.insert(task->phase + reason).second)
+      if (!reason.empty() && reported.insert(task->phase + reason).second)
         lines.push_back(fmt::format("{} is integrated case by case instead of in SIMD lanes: {}", task->phase,
                                     with_setting(reason)));
       watched = watched || task->watch != nullptr;

@@ -20,7 +20,7 @@ namespace grapnel {
 
 struct CampaignOptions : PoolOptions {
   std::uint64_t shard = 0, shards = 1;  // for a job array: only blocks whose number is `shard` modulo `shards`
-  double hand_in = 20;                  // [s] after which the available rows of a long block are written
+  double write_interval = 20;           // [s] after which the available rows of a long block are written
 };
 
 /// Computes the missing cases on `threads` threads; only the calling thread writes. At a stop request incomplete cases
@@ -43,26 +43,27 @@ CaseProgress progress_of(const ShardStore& store, std::vector<ShardStore::Missin
 /// Computes the missing rows of one block in parts of about a second and passes each part on. Returns all rows, or
 /// fewer after a stop request. `part_size`: number of cases, adapted from block to block.
 void run_block(const BlockWork& work, const ShardStore::Missing& missing, std::uint64_t& part_size,
-               const std::function<void(std::vector<CaseRow>)>& hand_in, const std::stop_token& stop);
+               const std::function<void(std::vector<CaseRow>)>& submit, const std::stop_token& stop);
 
 /// Collects the rows of a block and writes them when they are complete; rows of a long block also in intervals before.
 class BlockInProgress {
  public:
-  /// `keep_after`: [s] between writes.
-  BlockInProgress(ShardStore& store, const ShardStore::Missing& missing, double keep_after = CampaignOptions{}.hand_in);
+  /// `write_interval`: [s] between writes.
+  BlockInProgress(ShardStore& store, const ShardStore::Missing& missing,
+                  double write_interval = CampaignOptions{}.write_interval);
   /// The block's next rows. @throws as ShardStore::write()
   void add(std::vector<CaseRow> fresh);
   /// Writes rows that are not on disk yet. @throws as ShardStore::write()
-  void keep();
+  void write_rows();
   bool is_complete() const { return block_.begin + rows_.size() == block_.end; }
 
  private:
   ShardStore& store_;
   Block block_;
-  double keep_after_;
-  std::chrono::steady_clock::time_point kept_;
+  double write_interval_;
+  std::chrono::steady_clock::time_point written_at_;
   std::vector<CaseRow> rows_;
-  bool unkept_ = false;  // some rows are not written yet
+  bool has_unwritten_ = false;  // some rows are not written yet
 };
 
 // Estimated duration of a campaign and its causes, reported before the start; not part of any result.

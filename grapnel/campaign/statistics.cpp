@@ -224,8 +224,8 @@ Histogram bins_for(std::span<const double> sorted) {
   }
   const double quartiles = quantile_of_sorted(sorted, 0.75) - quantile_of_sorted(sorted, 0.25);
   const double width = 2 * quartiles / std::cbrt(static_cast<double>(sorted.size()));
-  const double asked = width > 0 ? (h.end - h.begin) / width : kMostBins;
-  const double bins = std::isfinite(asked) ? std::clamp(std::ceil(asked), kFewestBins, kMostBins) : kMostBins;
+  const double requested = width > 0 ? (h.end - h.begin) / width : kMostBins;
+  const double bins = std::isfinite(requested) ? std::clamp(std::ceil(requested), kFewestBins, kMostBins) : kMostBins;
   h.counts.assign(static_cast<std::size_t>(bins), 0);
   return h;
 }

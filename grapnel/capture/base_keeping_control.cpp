@@ -16,11 +16,11 @@ class BaseKeepingControl : public CoordinatedLaw {
     R_WD_ = root_pose(system.model, known, system.base).R;
   }
 
-  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        const State&, double time) override {
+  std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const Model& law_model, const State& state,
+                                          const State&, double time) override {
     system_ = &system;
-    const KeepBaseSetup keep = problem_.post_impact->keep_base_attitude.value_or(KeepBaseSetup{});
-    law_ = BaseKeepingLaw{system.base, keep.R_WD.value_or(R_WD_), keep.rate, keep.posture, keep.posture_rate};
+    const KeepBaseSetup setup = problem_.post_impact->keep_base_attitude.value_or(KeepBaseSetup{});
+    law_ = BaseKeepingLaw{system.base, setup.R_WD.value_or(R_WD_), setup.rate, setup.posture, setup.posture_rate};
     if (!report_) begin_report(state, time);
     law_.rank = report_->rank;
     return std::make_shared<BaseKeeping>(law_model, law_,
@@ -28,7 +28,7 @@ class BaseKeepingControl : public CoordinatedLaw {
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
-    BaseKeepingReport& r = *report_;
+    BaseHoldReport& r = *report_;
     lower_to(r.least_share, r.least_share_time, command.scale, sample.time);
     lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
     r.within_limits = r.within_limits && command.within_limits;
@@ -50,7 +50,7 @@ class BaseKeepingControl : public CoordinatedLaw {
   void begin_report(const State& state, double time) {
     EffortResponse response(system_->model, system_->robot_joints, {}, steady_joints(*system_));
     const BaseKeepingCommand first = base_keeping_command(law_, state, {}, problem_.gravity, response);
-    BaseKeepingReport& report = report_.emplace();
+    BaseHoldReport& report = report_.emplace();
     report.begin = time;
     for (int i = 0; i < 3; ++i) report.rank += first.singular_values[i] > kNoTurning * first.singular_values[0];
     describe(state, time);
@@ -59,8 +59,8 @@ class BaseKeepingControl : public CoordinatedLaw {
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;
   Rotationd R_WD_ = Rotationd::identity();
-  BaseKeepingLaw law_;                       // of the current piece
-  std::optional<BaseKeepingReport> report_;  // of all pieces
+  BaseKeepingLaw law_;                    // of the current piece
+  std::optional<BaseHoldReport> report_;  // of all pieces
 };
 
 }  // namespace

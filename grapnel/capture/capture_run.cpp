@@ -59,10 +59,10 @@ void RunJoints::next_phase(const PostImpactSetup& before, const RunBodies& bodie
   const auto follows = [](Joints joints) {
     return joints == Joints::pd || joints == Joints::computed_torque || joints == Joints::controller;
   };
-  const bool keeps_following = follows(before.joints) && follows(problem_.post_impact->joints);
+  const bool still_follows = follows(before.joints) && follows(problem_.post_impact->joints);
   const State known = known_posture(bodies);
   for (std::size_t j = 0; j < size(); ++j) {
-    if (keeps_following)
+    if (still_follows)
       control_.hold[j] = evaluate(settled_trajectory(before, control_, j), bodies.time).position;
     else
       settle(bodies, known, j);
@@ -235,7 +235,7 @@ bool CaptureRun::next_motion_phase() {
 }
 
 std::string CaptureRun::next_name(const std::string& phase) {
-  const int count = ++pieces_[phase];
+  const int count = ++segment_counts_[phase];
   return count == 1 ? phase : fmt::format("{}_{}", phase, count);
 }
 
@@ -284,7 +284,7 @@ PhaseEnd CaptureRun::describe_now() const {
 namespace {
 
 // An envelope's excess below this counts as met, as in decide_grasps().
-constexpr double kMet = 1e-9;
+constexpr double kExcessTolerance = 1e-9;
 
 double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
   double most = -1;
@@ -326,14 +326,15 @@ std::vector<std::size_t> GraspSchedule::arrived(const CaptureSystem& system, con
   std::vector<std::size_t> waiting = undecided(GraspSetup::Closes::on_arrival);
   if (waiting.empty()) return waiting;
   const std::vector<double> excess = envelope_excesses(problem_, system, forward_kinematics(system.model, state));
-  std::erase_if(waiting, [&](std::size_t i) { return !(excess[i] <= kMet); });
+  std::erase_if(waiting, [&](std::size_t i) { return !(excess[i] <= kExcessTolerance); });
   return waiting;
 }
 
 bool GraspSchedule::together_in_envelopes(const CaptureSystem& system, const State& state) const {
   const std::vector<std::size_t> together = undecided(GraspSetup::Closes::together);
   if (together.empty()) return false;
-  return largest(envelope_excesses(problem_, system, forward_kinematics(system.model, state)), together) <= kMet;
+  return largest(envelope_excesses(problem_, system, forward_kinematics(system.model, state)), together) <=
+         kExcessTolerance;
 }
 
 // System, whether the group counts => function of time and state: minimum excess over the capture envelopes, at most
@@ -421,11 +422,11 @@ GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, con
 
 // Time of the last check and final state => capture time and outcomes of all grasps in the result; undecided ones get
 // their deviations at the end (NaN after a failure). Writes nothing if no grasp was due.
-void GraspSchedule::write(double last_look, const CaptureSystem& system, const State& state,
+void GraspSchedule::write(double last_check, const CaptureSystem& system, const State& state,
                           CaptureResult& result) const {
   if (!first_time_) return;
   result.capture_time = *first_time_;
-  const double end = std::max(*first_time_, last_look);
+  const double end = std::max(*first_time_, last_check);
   // After a failure the positions are unknown.
   GraspDecision unknown;
   unknown.deviation = {NAN, NAN, NAN, NAN};

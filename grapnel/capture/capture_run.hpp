@@ -55,9 +55,9 @@ class GraspSchedule {
   /// For contact.gap: translate_target moved its target by this distance [m].
   void moved(std::size_t grasp, double distance);
 
-  /// Writes the outcome of every grasp, in a run last evaluated at the time `last_look`; writes nothing if the run did
+  /// Writes the outcome of every grasp, in a run last evaluated at the time `last_check`; writes nothing if the run did
   /// not reach it. `system` and `state`: at the run's end.
-  void write(double last_look, const CaptureSystem& system, const State& state, CaptureResult& result) const;
+  void write(double last_check, const CaptureSystem& system, const State& state, CaptureResult& result) const;
 
   /// Whether a time equals `now` to within rounding.
   static bool is_now(double t, double now);
@@ -133,7 +133,7 @@ class RunJoints {
   /// The references of the joints: in the approach, and afterwards if they move to a posture; otherwise empty.
   std::vector<JointTrajectory> references() const;
   /// The controlled attitude of the base; absent: none.
-  const std::optional<Rotationd>& kept_attitude() const { return control_.attitude; }
+  const std::optional<Rotationd>& controlled_attitude() const { return control_.attitude; }
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
   std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
@@ -202,8 +202,8 @@ struct CaptureRun {
   std::vector<std::string> unstable_gains;  // of the approach, as text
 
  private:
-  std::map<std::string, int> pieces_;   // of phases, by name
-  std::optional<CaptureProblem> part_;  // the problem with part_grasps_ only
+  std::map<std::string, int> segment_counts_;  // of phases, by name
+  std::optional<CaptureProblem> part_;         // the problem with part_grasps_ only
   std::vector<std::size_t> part_grasps_;
 };
 

@@ -99,8 +99,8 @@ void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
 
 // Updates a group and compares it with the expected momentum. `impulse`: what was added since the last sample, [moment
 // about the centre of mass; force] over time. Returns the drift.
-ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQuantities& now,
-                                                     const Momentumd& impulse) {
+ConservationMonitor::Drift ConservationMonitor::update_group(Group& group, const GroupQuantities& now,
+                                                             const Momentumd& impulse) {
   if (!group.known) group.expected = now.h;
   if (group.known && !is_zero(group.entered)) {
     // Shift from the origin to the centre of mass, which has moved: l_c = l_c0 + H - c0 x H - (c - c0) x (p0 + H).
@@ -127,7 +127,7 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
   for (Group& group : groups_) {
     const TreeIntegrals outside = integrals.trees.empty() ? TreeIntegrals{} : integrals.trees[group.trees.front()];
     const GroupQuantities& now = quantities.trees[group.trees.front()];
-    const Drift drift = look(group, now, outside.impulse);
+    const Drift drift = update_group(group, now, outside.impulse);
     const double energy = now.size.inner_energy;
     double work = outside.work;
     if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work - dampers;
@@ -152,7 +152,7 @@ void ConservationMonitor::take(const PhaseMeasures& measures) {
   started_ = true;
   for (Group& group : groups_) {
     const TreeMeasures& tree = measures.trees.at(group.trees.front());
-    const Drift before = look(group, tree.start, Momentumd::zero());
+    const Drift before = update_group(group, tree.start, Momentumd::zero());
     raise(group.largest.linear, before.linear + tree.linear_deviation);
     raise(group.largest.angular, before.angular + tree.angular_deviation);
     raise(group.growth.linear, tree.linear_deviation);
@@ -193,7 +193,7 @@ void ConservationMonitor::instant(const ConservedQuantities& quantities) {
   for (Group& group : groups_) {
     trees.clear();
     for (std::size_t tree : group.trees) trees.push_back(quantities.trees[tree]);
-    const Drift drift = look(group, together(trees), Momentumd::zero());
+    const Drift drift = update_group(group, together(trees), Momentumd::zero());
     raise(group.jump.linear, drift.linear - group.largest.linear);
     raise(group.jump.angular, drift.angular - group.largest.angular);
     raise(group.largest.linear, drift.linear);
@@ -217,14 +217,14 @@ void ConservationMonitor::inherit(Group& group, const Group& before) {
 
 // Groups with any of these parts become one group: momenta add up, about the common centre of mass.
 void ConservationMonitor::merge(const std::vector<bool>& which) {
-  const auto meets = [&](const Group& g) {
+  const auto is_affected = [&](const Group& g) {
     return std::any_of(g.parts.begin(), g.parts.end(), [&](int part) { return which[part]; });
   };
-  if (std::count_if(groups_.begin(), groups_.end(), meets) < 2) return;
+  if (std::count_if(groups_.begin(), groups_.end(), is_affected) < 2) return;
   Group all;
   std::vector<GroupQuantities> actual, expected;
   for (const Group& group : groups_) {
-    if (!meets(group)) continue;
+    if (!is_affected(group)) continue;
     all.parts.insert(all.parts.end(), group.parts.begin(), group.parts.end());
     actual.push_back(group.now);
     expected.push_back(group.now);
@@ -236,7 +236,7 @@ void ConservationMonitor::merge(const std::vector<bool>& which) {
     all.reach.distance = std::max(all.reach.distance, group.reach.distance);
   }
   all.exchanged = all.before;
-  std::erase_if(groups_, meets);
+  std::erase_if(groups_, is_affected);
   std::sort(all.parts.begin(), all.parts.end());
   all.now = together(actual);
   all.expected = together(expected).h;

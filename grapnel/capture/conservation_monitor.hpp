@@ -138,7 +138,7 @@ class ConservationMonitor {
   void retire(const Group& group);
   GroupScale<double> scale_of(const Group& group) const;
   void judge(const Group& group, std::vector<Worst>& rows) const;
-  Drift look(Group& group, const GroupQuantities& now, const Momentumd& impulse);
+  Drift update_group(Group& group, const GroupQuantities& now, const Momentumd& impulse);
   void add_scale(const LedgerScale& scale);
 
   std::vector<std::string> names_;            // of the parts

@@ -99,23 +99,23 @@ bool CoordinatedControl::ends_by_release(const CaptureSystem& system, double tim
   return true;
 }
 
-std::shared_ptr<JointLaw> CoordinatedControl::begin_piece(const CaptureSystem& system, const State& state,
-                                                          const State& known, double time,
-                                                          std::shared_ptr<const Model> law_model) {
+std::shared_ptr<JointLaw> CoordinatedControl::begin_segment(const CaptureSystem& system, const State& state,
+                                                            const State& known, double time,
+                                                            std::shared_ptr<const Model> law_model) {
   law_.reset();
   law_model_ = std::move(law_model);
   if (!now_ || now_->over || !now_->part->has_work(system)) return {};
   system_ = &system;
-  law_ = now_->part->begin_piece(system, law_model_ ? *law_model_ : system.model, state, known, time);
+  law_ = now_->part->begin_segment(system, law_model_ ? *law_model_ : system.model, state, known, time);
   now_->begun = true;
   return law_;
 }
 
 // Time, state => smallest margin until the law must end and its cause: condition of the law over its minimum less 1,
 // margins of the law itself, distances of its joints from their position limits. Zero or less ends the law.
-CoordinatedControl::Margin CoordinatedControl::least_margin(double time, const State& state) {
+CoordinatedControl::Margin CoordinatedControl::min_margin(double time, const State& state) {
   Margin least{std::numeric_limits<double>::infinity(), LawEnd::rank_lost, ""};
-  if (!law_->goes_on()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;
+  if (!law_->continues_at_reduced_rank()) least.value = law_->at(time, state, {}).condition / kRankLost - 1;
   const auto consider = [&](double value, LawEnd end, const std::string& joint) {
     if (!(value >= least.value)) least = {value, end, joint};
   };
@@ -127,7 +127,7 @@ CoordinatedControl::Margin CoordinatedControl::least_margin(double time, const S
   return least;
 }
 
-double CoordinatedControl::margin(double time, const State& state) { return least_margin(time, state).value; }
+double CoordinatedControl::margin(double time, const State& state) { return min_margin(time, state).value; }
 
 void CoordinatedControl::step(const PhaseStep& step) {
   if (!works()) return;
@@ -142,11 +142,11 @@ void CoordinatedControl::end(LawEnd how, const std::string& joint) {
   now_->part->end(how, joint);
 }
 
-bool CoordinatedControl::end_piece(const State& state, double time, bool stopped, double other) {
+bool CoordinatedControl::end_segment(const State& state, double time, bool stopped, double other) {
   if (!works()) return false;
   now_->part->describe(state, time);
   if (!stopped) return false;
-  const Margin least = least_margin(time, state);
+  const Margin least = min_margin(time, state);
   if (!(least.value < other)) return false;
   end(least.end, least.joint);
   return true;

@@ -23,8 +23,8 @@ class CoordinatedControl {
   bool ends_by_release(const CaptureSystem& system, double time);
   /// Begins a motion segment. Returns the law if one acts in it. `system` lives until the piece ends. `law_model`: the
   /// model that the law uses; null: the true one. `known`: the state with the posture as the laws know it.
-  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const State& state, const State& known,
-                                        double time, std::shared_ptr<const Model> law_model = nullptr);
+  std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const State& state, const State& known,
+                                          double time, std::shared_ptr<const Model> law_model = nullptr);
   /// The next phase of the problem begins: its law replaces the previous one, whose report is added to the result.
   void next_phase(CaptureResult& result);
   /// Whether the law of the current phase has ended.
@@ -38,7 +38,7 @@ class CoordinatedControl {
   void step(const PhaseStep& step);
   /// Ends the piece; `stopped`: before its time, with `other` the minimum margin of all other stop conditions. Returns
   /// whether the law has ended.
-  bool end_piece(const State& state, double time, bool stopped, double other);
+  bool end_segment(const State& state, double time, bool stopped, double other);
   /// Writes reports and warnings to the result.
   void write(CaptureResult& result) const;
 
@@ -53,7 +53,7 @@ class CoordinatedControl {
     std::unique_ptr<CoordinatedLaw> part;  // null: none
     bool begun = false, over = false;
   };
-  Margin least_margin(double time, const State& state);
+  Margin min_margin(double time, const State& state);
   void end(LawEnd how, const std::string& joint);
 
   const CaptureProblem& problem_;

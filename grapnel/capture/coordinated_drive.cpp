@@ -17,7 +17,7 @@ double resolution_at(double time) {
 CoordinatedDrive::CoordinatedDrive(std::shared_ptr<JointLaw> law, const CaptureSystem& system, double begin,
                                    std::shared_ptr<ControlClock> clock, SensorRun* sensors)
     : law_(std::move(law)), system_(system), begin_(begin), clock_(std::move(clock)), sensors_(sensors) {
-  if (sensors_) sensors_->begin_piece(system_);
+  if (sensors_) sensors_->begin_segment(system_);
 }
 
 double CoordinatedDrive::next_break(double t) const {
@@ -31,18 +31,18 @@ double CoordinatedDrive::next_break(double t) const {
 
 // Time since the impact's start, state, contact wrenches => new held command (6.14) if this is a sample time; the law
 // receives sensor readings and sensed wrenches. Nothing for a continuous law.
-void CoordinatedDrive::begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) {
+void CoordinatedDrive::begin_segment(double t, const State& state, std::span<const ExternalWrench> wrenches) {
   const double now = begin_ + t, same = resolution_at(now);
   if (!clock_ || !clock_->tick(now, same)) return;
   law_->sense(wrenches);
   State seen = state;
   if (sensors_) sensors_->read_motion(now, state, seen);
-  const JointLawCommand said = law_->at(now, seen, {});
+  const JointLawCommand law_command = law_->at(now, seen, {});
   ControlClock::Command command{std::vector<double>(clock_->channels()), Vector3d::zero()};
   for (std::size_t j = 0; j < law_->joints().size(); ++j) {
     const auto at = std::find(system_.robot_joints.begin(), system_.robot_joints.end(), law_->joints()[j]);
     command.effort[static_cast<std::size_t>(at - system_.robot_joints.begin())] =
-        said.effort[static_cast<Eigen::Index>(j)];
+        law_command.effort[static_cast<Eigen::Index>(j)];
   }
   clock_->command(std::move(command), now, same);
 }
@@ -59,9 +59,9 @@ void CoordinatedDrive::efforts(double t, const State& state, std::span<const Ext
     return;
   }
   law_->sense(wrenches);
-  const Eigen::VectorXd said = law_->efforts(begin_ + t, state);
+  const Eigen::VectorXd law_efforts = law_->efforts(begin_ + t, state);
   for (std::size_t j = 0; j < law_->joints().size(); ++j)
-    effort[velocity_of(law_->joints()[j])] = said[static_cast<Eigen::Index>(j)];
+    effort[velocity_of(law_->joints()[j])] = law_efforts[static_cast<Eigen::Index>(j)];
 }
 
 }  // namespace grapnel

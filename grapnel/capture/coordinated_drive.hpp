@@ -22,7 +22,7 @@ class CoordinatedDrive : public ImpactDrive {
                    std::shared_ptr<ControlClock> clock, SensorRun* sensors = nullptr);
 
   double next_break(double t) const override;
-  void begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) override;
+  void begin_segment(double t, const State& state, std::span<const ExternalWrench> wrenches) override;
   void efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                std::span<double> effort) override;
 

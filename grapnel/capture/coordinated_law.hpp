@@ -38,8 +38,8 @@ class CoordinatedLaw {
   /// Begins a motion segment with the law; its report begins with the first piece. `law_model`: the model that the law
   /// uses, with the same bodies and joints. Both live until the piece ends. `known`: the state with the posture as the
   /// law knows it, from which it takes its references; `state`: the true one, for the report.
-  virtual std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                                const State& known, double time) = 0;
+  virtual std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const Model& law_model,
+                                                  const State& state, const State& known, double time) = 0;
   /// Further end conditions, besides its own condition and the joint ranges.
   virtual void consider(const State& state, const Consider& consider) {
     static_cast<void>(state), static_cast<void>(consider);

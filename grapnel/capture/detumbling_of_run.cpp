@@ -17,8 +17,8 @@ class DetumblingOfRun : public CoordinatedLaw {
 
   bool has_work(const CaptureSystem& system) const override { return is_held(problem_, system, target_); }
 
-  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        const State&, double time) override {
+  std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const Model& law_model, const State& state,
+                                          const State&, double time) override {
     const PostImpactSetup& post = *problem_.post_impact;
     system_ = &system;
     kinematics_ = Kinematics(system.model);

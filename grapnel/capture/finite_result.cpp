@@ -30,7 +30,7 @@ Path path_in_list(const Type& type, const void* list, bool also_unknown) {
   Path found;
   double squares = 0;
   for (std::size_t i = 0; i < type.size(list) && !found; ++i) {
-    const auto look = [&](const void* item) {
+    const auto inspect = [&](const void* item) {
       if (of.kind == Type::Kind::real) {
         const double x = *static_cast<const double*>(item);
         squares += x * x;
@@ -39,7 +39,7 @@ Path path_in_list(const Type& type, const void* list, bool also_unknown) {
         found = place_of(of, item, i) + *below;
       }
     };
-    type.show_item(list, i, visitor_of(look));
+    type.show_item(list, i, visitor_of(inspect));
   }
   return !found && type.fixed_size == 3 && !std::isfinite(squares) ? Path("") : found;
 }
@@ -52,10 +52,10 @@ Path path_in_structure(const Type& type, const void* owner, bool also_unknown) {
     // derived fields follow from the others
     if (!field.place || (field.is_present && !field.is_present(owner))) continue;
     if (field.is_null_absent && !also_unknown) continue;
-    const auto look = [&](const void* value) {
+    const auto inspect = [&](const void* value) {
       if (const Path below = path_in(field.type(), value, also_unknown)) found = "." + std::string(field.key) + *below;
     };
-    field.show(owner, visitor_of(look));
+    field.show(owner, visitor_of(inspect));
     if (found) break;
   }
   return found;
@@ -73,8 +73,8 @@ Path path_in(const Type& type, const void* value, bool also_unknown) {
       return path_in_structure(type, value, also_unknown);
     case Type::Kind::optional: {
       Path found;
-      const auto look = [&](const void* item) { found = path_in(type.of(), item, also_unknown); };
-      if (type.size(value) == 1) type.show_item(value, 0, visitor_of(look));
+      const auto inspect = [&](const void* item) { found = path_in(type.of(), item, also_unknown); };
+      if (type.size(value) == 1) type.show_item(value, 0, visitor_of(inspect));
       return found;
     }
     default:
@@ -86,7 +86,7 @@ Path path_in(const Type& type, const void* value, bool also_unknown) {
 class Finder {
  public:
   template <class T>
-  void look(const char* key, const T& value, bool also_unknown = false) {
+  void check(const char* key, const T& value, bool also_unknown = false) {
     if (!found_.empty()) return;
     if (const Path path = path_in(type_of<T>(), &value, also_unknown)) found_ = key + *path;
   }
@@ -102,25 +102,25 @@ class Finder {
 // finite.
 std::string first_not_finite(const CaptureResult& result) {
   Finder finder;
-  finder.look("approach.start", result.approach_start);
-  finder.look("approach.end", result.approach_end);
-  finder.look("capture.grasps", result.grasps, true);  // in a run that reached its end, all values are known
-  finder.look("impact", result.impact);
-  finder.look("later_impacts", result.later_impacts);
-  finder.look("phases", result.phases);
-  finder.look("post_impact.end", result.post_impact_end);
-  finder.look("post_impact.grasp_loads", result.grasp_loads);
-  finder.look("post_impact.detumbling", result.detumbling);
-  finder.look("post_impact.base_keeping", result.base_keeping);
-  finder.look("approach.impedance", result.approach_impedance);
-  finder.look("post_impact.impedance", result.impedance);
-  finder.look("post_impact.grasp_force", result.grasp_force);
-  for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
-  if (result.gyros) finder.look("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
-  finder.look("joints", result.joints);
-  finder.look("stop_impacts", result.stop_impacts);
-  if (result.thrusters) finder.look("thrusters.propellant", result.thrusters->propellant);
-  finder.look("ledger.scale", result.ledger.scale);
+  finder.check("approach.start", result.approach_start);
+  finder.check("approach.end", result.approach_end);
+  finder.check("capture.grasps", result.grasps, true);  // in a run that reached its end, all values are known
+  finder.check("impact", result.impact);
+  finder.check("later_impacts", result.later_impacts);
+  finder.check("phases", result.phases);
+  finder.check("post_impact.end", result.post_impact_end);
+  finder.check("post_impact.grasp_loads", result.grasp_loads);
+  finder.check("post_impact.detumbling", result.detumbling);
+  finder.check("post_impact.base_keeping", result.base_keeping);
+  finder.check("approach.impedance", result.approach_impedance);
+  finder.check("post_impact.impedance", result.impedance);
+  finder.check("post_impact.grasp_force", result.grasp_force);
+  for (const WheelReport& wheel : result.wheels) finder.check("wheels.rate_after", wheel.rate_after);
+  if (result.gyros) finder.check("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
+  finder.check("joints", result.joints);
+  finder.check("stop_impacts", result.stop_impacts);
+  if (result.thrusters) finder.check("thrusters.propellant", result.thrusters->propellant);
+  finder.check("ledger.scale", result.ledger.scale);
   return finder.found();
 }
 

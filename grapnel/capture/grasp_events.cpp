@@ -144,28 +144,28 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
 
 // --- Common parts of all impact laws ---
 
-Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing) {
-  Meeting meeting{run.next_name("contact"), closing, {}};
-  run.monitor.begin_contact(meeting.phase);
+ContactEvent begin_contact_event(CaptureRun& run, const std::vector<std::size_t>& closing) {
+  ContactEvent event{run.next_name("contact"), closing, {}};
+  run.monitor.begin_contact(event.phase);
   if (run.joints.approaching()) {
     for (std::size_t i : closing) run.joints.settle_arm(run.bodies, i);
   }
   run.to_free();
-  meeting.contact = contact_of(run, closing);
+  event.contact = contact_of(run, closing);
   // A moved target keeps the momentum about its own centre of mass.
-  run.bodies.state = meeting.contact.state;
-  return meeting;
+  run.bodies.state = event.contact.state;
+  return event;
 }
 
 // Contact and its report => grasps that hold after this law become held grasps; the others are recorded as refused,
 // with their relative speed [m/s] or `unfinished` reason.
-void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law, const ImpactReport& report,
+void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law law, const ImpactReport& report,
                   std::span<const std::string> unfinished) {
   const CaptureProblem& problem = run.problem;
   const CaptureSystem& free = run.bodies.free;
   const Kinematics k = forward_kinematics(free.model, run.bodies.state);
-  for (std::size_t n = 0; n < meeting.closing.size(); ++n) {
-    const std::size_t i = meeting.closing[n];
+  for (std::size_t n = 0; n < event.closing.size(); ++n) {
+    const std::size_t i = event.closing[n];
     if (holds_after(problem, i, law)) {
       run.bodies.held.push_back(hold_grasp(problem, free, k, i));
       continue;
@@ -184,11 +184,11 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
 
 // Report in the frame of the computation => report in W (9.8), with margins, appended to the result; adds warnings of
 // overpowered drives, created energy, inconsistent restitution and dependence on contact order.
-void keep_report(CaptureRun& run, ImpactReport report) {
+void add_report(CaptureRun& run, ImpactReport report) {
   const auto warn = [&](std::string text) { run.result.warnings.push_back(std::move(text)); };
   add_margins(run.problem, report);
-  const std::string giving_way = describe_giving_way(run.bodies.free.model, report);
-  if (!giving_way.empty()) warn(fmt::format("impact at t = {:.6g} s: {}", report.time, giving_way));
+  const std::string overpowered = describe_overpowered_drives(run.bodies.free.model, report);
+  if (!overpowered.empty()) warn(fmt::format("impact at t = {:.6g} s: {}", report.time, overpowered));
   if (!run.frame.is_world()) {
     const Momentumd h = run.momentum_about_origin();
     to_world(run.frame, h.linear, run.bodies.free.model.mass(), report);
@@ -230,16 +230,16 @@ void describe_captured(CaptureRun& run) {
 }
 
 // Sizes are correct by construction, so the solver rejects only numbers: inertias that span more than doubles resolve.
-ImpactOutcome solve_impact(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law) {
+ImpactOutcome solve_impact(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
   std::vector<std::size_t> all;
   for (const HeldGrasp& each : bodies.held) all.push_back(each.grasp);
-  all.insert(all.end(), meeting.closing.begin(), meeting.closing.end());
+  all.insert(all.end(), event.closing.begin(), event.closing.end());
   const CaptureProblem& taking_part = run.with_grasps(all);
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   try {
     return run_impact(
-        {taking_part, bodies.free, meeting.contact, bodies.time, bodies.held.size(), held, law, run.detail});
+        {taking_part, bodies.free, event.contact, bodies.time, bodies.held.size(), held, law, run.detail});
   } catch (const std::invalid_argument& error) {
     throw RunFailure(
         fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", bodies.time, error.what()));
@@ -252,18 +252,18 @@ ImpactOutcome solve_impact(CaptureRun& run, const Meeting& meeting, ImpactSetup:
 // its report and conservation checks just before and after it. Throws RunFailure for a singular system.
 void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, ImpactSetup::Law law) {
   const RunBodies& bodies = run.bodies;
-  const Meeting meeting = meet(run, closing);
+  const ContactEvent event = begin_contact_event(run, closing);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
-  ImpactOutcome outcome = solve_impact(run, meeting, law);
-  run.monitor.impact(meeting.phase, outcome);
+  ImpactOutcome outcome = solve_impact(run, event, law);
+  run.monitor.impact(event.phase, outcome);
   run.bodies.state = std::move(outcome.after);
-  hold_or_part(run, meeting, law, outcome.report);
+  hold_or_part(run, event, law, outcome.report);
   outcome.report.brake = lock_settled_joints(run);
   if (const std::string text = describe_dependence_on_modes(outcome.report);
       !text.empty() && run.problem.impact->modes == ImpactSetup::Modes::all)
     run.result.warnings.push_back(fmt::format("impact at t = {:.6g} s: {}", bodies.time, text));
-  keep_report(run, std::move(outcome.report));
+  add_report(run, std::move(outcome.report));
   run.to_joined();
   describe_captured(run);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
@@ -337,18 +337,18 @@ void note_target_speeds(const Model& model, const State& before, const State& af
     // The point of the target that was touched first.
     const Vector3d arm = now.X_WB[c.target_body].R * (inverse(then.X_WB[c.target_body]) * c.p_WC);
     const Vector3d target = shift(now.V_WB[c.target_body], arm).linear;
-    const Vector3d hand = shift(then.V_WB[c.robot_body], c.p_WC - then.X_WB[c.robot_body].p).linear;
-    masses[i].target_speed_after = dot(c.n_W, target - hand);
+    const Vector3d end_effector = shift(then.V_WB[c.robot_body], c.p_WC - then.X_WB[c.robot_body].p).linear;
+    masses[i].target_speed_after = dot(c.n_W, target - end_effector);
   }
 }
 
 // Integrates from the state in which the bodies meet until the springs are at rest or apart. In the joined system.
-CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, const Meeting& meeting,
+CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, const ContactEvent& event,
                        std::vector<HeldRate> held) {
   RunBodies& bodies = run.bodies;
-  const Contact contact = without_held(meeting.contact, bodies.held.size());
+  const Contact contact = without_held(event.contact, bodies.held.size());
   for (HeldRate& h : held) h.velocity = velocity_in(run, bodies.system, h.velocity);
-  const State met = bodies.state;
+  const State start = bodies.state;
   const std::vector<double> stopping = brake_at_once(run, held);
   std::function<void(double)> each_step;
   if (run.progress)
@@ -366,20 +366,20 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
   if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model,
                                run.joints.known_posture(bodies), bodies.time, closing_contacts, masses))
     drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock(), run.sensors.get());
-  bool looked = false;
-  const auto look = [&](const CompliantSample& sample) {
-    if (!looked) {
-      run.monitor.begin_impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing,
+  bool begun = false;
+  const auto observe = [&](const CompliantSample& sample) {
+    if (!begun) {
+      run.monitor.begin_impact_in_time(event.phase, bodies.system, start, bodies.time, event.closing,
                                        run.schedule.opened());
     }
-    looked = true;
+    begun = true;
     run.monitor.check_in_impact(sample);
   };
-  CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, met, bodies.time, held,
-                                        stopping, each_step, drive ? &*drive : nullptr, look},
+  CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, start, bodies.time, held,
+                                        stopping, each_step, drive ? &*drive : nullptr, observe},
                                        bodies.state);
   if (!outcome.failure.empty()) throw RunFailure(outcome.failure);
-  note_target_speeds(bodies.system.model, met, outcome.after, closing_contacts, masses);
+  note_target_speeds(bodies.system.model, start, outcome.after, closing_contacts, masses);
   outcome.report.effective_masses = std::move(masses);
   for (const std::string& warning : outcome.warnings) run.result.warnings.push_back(warning);
   run.monitor.end_impact_in_time(outcome);
@@ -402,11 +402,11 @@ void correct_held_joints(const Model& model, const std::vector<HeldRate>& held, 
 }
 
 // Makes grasps that have come to rest rigid. In the free system.
-void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
+void stiffen(CaptureRun& run, const ContactEvent& event, CompliantRun& yielded) {
   RunBodies& bodies = run.bodies;
   const Model& model = bodies.free.model;
   ImpactReport& report = yielded.report;
-  hold_or_part(run, meeting, ImpactSetup::Law::compliant, report, yielded.unfinished);
+  hold_or_part(run, event, ImpactSetup::Law::compliant, report, yielded.unfinished);
   std::vector<Grasp> holding;
   const Kinematics k = forward_kinematics(model, bodies.state);
   for (const HeldGrasp& each : bodies.held) holding.push_back(grasp_of(each, k));
@@ -418,7 +418,7 @@ void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
   const Momentumd before = run.momentum_about_origin();
   bodies.state.v = rest.velocity;
   const bool grounded = !model.has_free_root(bodies.free.base);  // otherwise the momentum cannot have changed
-  run.monitor.stiffened(meeting.phase, grounded ? run.momentum_about_origin() - before : Momentumd::zero(), report,
+  run.monitor.stiffened(event.phase, grounded ? run.momentum_about_origin() - before : Momentumd::zero(), report,
                         yielded.joint_peaks);
 }
 
@@ -430,18 +430,18 @@ void stiffen(CaptureRun& run, const Meeting& meeting, CompliantRun& yielded) {
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const RunBodies& bodies = run.bodies;
   const CaptureProblem with_closing = run.with_grasps(closing);  // a copy: with_grasps() is called again below
-  const Meeting meeting = meet(run, closing);
+  const ContactEvent event = begin_contact_event(run, closing);
   const std::vector<HeldRate> held = run.joints.rates_in_impact(bodies);
   run.to_joined();
   if (!bodies.system.closures.empty())
     throw RunFailure("impact.law: compliant does not support targets that are already held in closed loops");
   run.monitor.instant(bodies.system, bodies.state, bodies.time);
   run.monitor.touch(closing);
-  CompliantRun yielded = let_yield(run, with_closing, meeting, held);
+  CompliantRun yielded = let_yield(run, with_closing, event, held);
   run.to_free();
-  stiffen(run, meeting, yielded);
+  stiffen(run, event, yielded);
   yielded.report.brake = lock_settled_joints(run);
-  keep_report(run, std::move(yielded.report));
+  add_report(run, std::move(yielded.report));
   run.to_joined();
   describe_captured(run);
   run.monitor.instant(bodies.system, bodies.state, bodies.time);

@@ -25,20 +25,20 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase);
 // --- Common parts of all impact laws (grasp_events.cpp) ---
 
 /// A contact that begins.
-struct Meeting {
+struct ContactEvent {
   std::string phase;                 // its name
   std::vector<std::size_t> closing;  // grasps of the problem
   Contact contact;                   // in the free system: grasps that already hold, then these
 };
 /// Converts the bodies to the free system, moves targets by the rule for gaps, and settles the arms that close. @throws
 /// RunFailure if gaps are too large.
-Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing);
+ContactEvent begin_contact_event(CaptureRun& run, const std::vector<std::size_t>& closing);
 /// Closes the grasps that hold, and marks the others as parted. In the free system. `unfinished`: for a compliant
 /// impact, per closing grasp (may be empty), its state if the impact was cut short.
-void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law, const ImpactReport& report,
+void hold_or_part(CaptureRun& run, const ContactEvent& event, ImpactSetup::Law law, const ImpactReport& report,
                   std::span<const std::string> unfinished = {});
 /// Adds a report to the result, with margins and warnings.
-void keep_report(CaptureRun& run, ImpactReport report);
+void add_report(CaptureRun& run, ImpactReport report);
 
 // --- Impacts (grasp_events.cpp) ---
 

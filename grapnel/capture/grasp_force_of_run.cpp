@@ -18,8 +18,8 @@ class GraspForceOfRun : public CoordinatedLaw {
 
   bool has_work(const CaptureSystem& system) const override { return holds_of(system).size() >= 2; }
 
-  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        const State& known, double time) override {
+  std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const Model& law_model, const State& state,
+                                          const State& known, double time) override {
     if (begins_) begin_ = time, begins_ = false;
     system_ = &system;
     kinematics_ = Kinematics(system.model);

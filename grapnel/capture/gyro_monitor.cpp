@@ -64,7 +64,7 @@ double GyroMonitor::singularity_measure(const CaptureSystem& system, const State
 
 // State, motor efforts or none => per gyro its gimbal angle, largest gimbal rate and largest motor torques so far;
 // minimum singularity measure of the array.
-void GyroMonitor::look(const CaptureSystem& system, const State& state, std::span<const double> motor) {
+void GyroMonitor::observe(const CaptureSystem& system, const State& state, std::span<const double> motor) {
   if (system.gyros.empty()) return;
   for (std::size_t g = 0; g < system.gyros.size(); ++g) {
     GyroReport& report = report_.each[g];

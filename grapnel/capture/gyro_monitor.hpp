@@ -20,10 +20,10 @@ class GyroMonitor {
   /// A motion segment begins.
   void begin_phase(const PhaseDynamics& dynamics);
   /// Whether steps must be evaluated: gyros are steered.
-  bool looks() const { return steered_; }
+  bool observes() const { return steered_; }
   void step(const PhaseStep& step);
   /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
-  void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
+  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor);
   /// The singularity measure m (GyroArray) of the array in a state.
   double singularity_measure(const CaptureSystem& system, const State& state) const;
   /// Writes nothing without gyros or samples. Warns of intervals near singularities.

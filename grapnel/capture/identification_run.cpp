@@ -104,7 +104,7 @@ bool IdentificationRun::is_held(const CaptureSystem& system) const {
   });
 }
 
-void IdentificationRun::begin_piece(const CaptureSystem& system, double time) {
+void IdentificationRun::begin_segment(const CaptureSystem& system, double time) {
   std::vector<std::size_t> grasps;
   for (const HeldGrasp& grasp : system.grasps) grasps.push_back(grasp.grasp);
   if (grasps == grasps_) return;
@@ -146,7 +146,9 @@ void IdentificationRun::take(const CaptureSystem& system, const PhaseSample& sam
   report_->samples = static_cast<long>(samples_.size());
 }
 
-void IdentificationRun::end_piece(const PhaseIntegrals& integrals) { finished_impulse_ += integrals.external_impulse; }
+void IdentificationRun::end_segment(const PhaseIntegrals& integrals) {
+  finished_impulse_ += integrals.external_impulse;
+}
 
 double IdentificationRun::next_event() const {
   return report_ && report_->ended != IdentificationEnd::running ? std::numeric_limits<double>::infinity() : end_;

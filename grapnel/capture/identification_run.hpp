@@ -36,13 +36,13 @@ class IdentificationRun {
 
   void begin_post_impact(double time);
   /// Begins a motion segment. Samples of another model are discarded.
-  void begin_piece(const CaptureSystem& system, double time);
+  void begin_segment(const CaptureSystem& system, double time);
   /// The model that the laws use in that piece; null: the true one.
   std::shared_ptr<const Model> law_model(const CaptureSystem& system) const;
   /// Takes a sample; `seen` holds the sensor readings.
   void take(const CaptureSystem& system, const PhaseSample& sample, const State& seen);
   /// Ends the piece: adds external impulses.
-  void end_piece(const PhaseIntegrals& integrals);
+  void end_segment(const PhaseIntegrals& integrals);
   /// The end time of the samples; infinite: none [s].
   double next_event() const;
   /// Computes and reports the estimate at that time.

@@ -17,7 +17,7 @@ Vector3d drift_of(const CaptureSystem& system, const Kinematics& kinematics) {
   return (1 / mass) * momentum_about(system.model, kinematics, kinematics.X_WB[system.base].p, roots).linear;
 }
 
-std::vector<std::string> hands_of(const CaptureProblem& problem) {
+std::vector<std::string> controlled_end_effectors(const CaptureProblem& problem) {
   std::vector<std::string> names = problem.impedance->end_effectors;
   for (const GraspSetup& grasp : problem.grasps) {
     const bool fresh = std::find(names.begin(), names.end(), grasp.end_effector) == names.end();
@@ -36,7 +36,7 @@ struct Prepared {
 // these and the base.
 Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
   const ImpedanceSetup& setup = *problem.impedance;
-  Prepared p{{}, {{}, {}, problem.gravity}, hands_of(problem)};
+  Prepared p{{}, {{}, {}, problem.gravity}, controlled_end_effectors(problem)};
   p.law.motion = static_cast<ImpedanceLaw::Motion>(setup.motion);
   p.law.transpose = setup.law == ImpedanceSetup::Law::transpose;
   p.law.senses = setup.force == ImpedanceSetup::Force::sensed;
@@ -48,9 +48,9 @@ Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
   std::vector<bool> carries(model.bodies().size(), false);
   for (const std::string& name : p.names) {
     const Frame& frame = model.frames()[model.frame_index(name)];
-    ImpedanceHand hand;
-    hand.body = frame.body, hand.X_BE = frame.X_BE;
-    p.law.hands.push_back(hand);
+    ImpedanceEndEffector end_effector;
+    end_effector.body = frame.body, end_effector.X_BE = frame.X_BE;
+    p.law.end_effectors.push_back(end_effector);
     for (int body = frame.body; body >= 0; body = model.bodies()[body].parent) carries[body] = true;
   }
   for (int j : system.robot_joints) {
@@ -60,41 +60,44 @@ Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
 }
 
 // References: the end-effectors keep their current poses relative to the centre of mass.
-void stay(const CaptureSystem& system, const State& state, double time, ImpedanceLaw& law) {
+void set_hold_references(const CaptureSystem& system, const State& state, double time, ImpedanceLaw& law) {
   const Kinematics k = forward_kinematics(system.model, state);
-  for (ImpedanceHand& hand : law.hands) hand.reference = {-1, k.X_WB[hand.body] * hand.X_BE, time, drift_of(system, k)};
+  for (ImpedanceEndEffector& end_effector : law.end_effectors)
+    end_effector.reference = {-1, k.X_WB[end_effector.body] * end_effector.X_BE, time, drift_of(system, k)};
 }
 
 // References: straight paths to the grasp points, in the targets' frames.
-void go(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time,
-        const std::vector<std::string>& names, ImpedanceLaw& law) {
+void set_approach_references(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
+                             double time, const std::vector<std::string>& names, ImpedanceLaw& law) {
   const Kinematics k = forward_kinematics(system.model, state);
-  stay(system, state, time, law);
+  set_hold_references(system, state, time, law);
   for (std::size_t h = 0; h < names.size(); ++h) {
     const auto grasp = std::find_if(problem.grasps.begin(), problem.grasps.end(),
                                     [&](const GraspSetup& g) { return g.end_effector == names[h]; });
     if (grasp == problem.grasps.end()) continue;
     const GraspPoint& point = grasp_point_of(problem, *grasp);
     const EndEffectorSetup& effector = end_effector_of(problem, *grasp);
-    ImpedanceHand& hand = law.hands[h];
+    ImpedanceEndEffector& end_effector = law.end_effectors[h];
     const int target = target_body_index(system, target_index(problem, grasp->target));
-    const Posed X_TE = inverse(k.X_WB[target]) * (k.X_WB[hand.body] * hand.X_BE);
+    const Posed X_TE = inverse(k.X_WB[target]) * (k.X_WB[end_effector.body] * end_effector.X_BE);
     Rotationd R_end = X_TE.R;
     if (grasp->orientation == GraspSetup::Orientation::pose) R_end = point.X_TG.R;
     if (grasp->orientation == GraspSetup::Orientation::axis && effector.approach_axis && point.approach_direction)
       R_end = rotation_between(X_TE.R * *effector.approach_axis, *point.approach_direction) * X_TE.R;
-    EndEffectorReference& reference = hand.reference;
+    EndEffectorReference& reference = end_effector.reference;
     reference.body = target, reference.X_D = {R_end, point.X_TG.p}, reference.begin = time;
     reference.offset = X_TE.p - point.X_TG.p;
     reference.turn = rotation_vector(transpose(R_end) * X_TE.R);
     reference.arrival = grasp->relative_velocity, reference.arrival_time = problem.approach->duration;
-    reference.way = {time, JointPath{problem.approach->profile, problem.approach->duration - time, 1, 0}};
+    reference.remaining_fraction = {time,
+                                    JointPath{problem.approach->profile, problem.approach->duration - time, 1, 0}};
     // It begins with the end-effector's velocity.
     const Posed& X_WT = k.X_WB[target];
     const Posed X_WE = X_WT * X_TE;
-    const Vector3d w = k.V_WB[hand.body].angular - k.V_WB[target].angular;
-    reference.departure = transposed_times(X_WT.R, shift(k.V_WB[hand.body], X_WE.p - k.X_WB[hand.body].p).linear -
-                                                       shift(k.V_WB[target], X_WE.p - X_WT.p).linear);
+    const Vector3d w = k.V_WB[end_effector.body].angular - k.V_WB[target].angular;
+    reference.departure =
+        transposed_times(X_WT.R, shift(k.V_WB[end_effector.body], X_WE.p - k.X_WB[end_effector.body].p).linear -
+                                     shift(k.V_WB[target], X_WE.p - X_WT.p).linear);
     reference.turn_rate = rotation_vector_rate(reference.turn, transposed_times(X_WT.R * R_end, w));
   }
 }
@@ -106,15 +109,17 @@ class ImpedanceOfRun : public CoordinatedLaw {
 
   bool has_work(const CaptureSystem& system) const override { return !approach_ || system.grasps.empty(); }
 
-  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
-                                        const State& known, double time) override {
+  std::shared_ptr<JointLaw> begin_segment(const CaptureSystem& system, const Model& law_model, const State& state,
+                                          const State& known, double time) override {
     Prepared p = prepare(problem_, system);
     if (references_.empty()) {
-      approach_ ? go(problem_, system, known, time, p.names, p.law) : stay(system, known, time, p.law);
-      for (const ImpedanceHand& hand : p.law.hands) references_.push_back(hand.reference);
+      approach_ ? set_approach_references(problem_, system, known, time, p.names, p.law)
+                : set_hold_references(system, known, time, p.law);
+      for (const ImpedanceEndEffector& end_effector : p.law.end_effectors)
+        references_.push_back(end_effector.reference);
       report_.emplace().begin = time;
     } else {
-      for (std::size_t h = 0; h < references_.size(); ++h) p.law.hands[h].reference = references_[h];
+      for (std::size_t h = 0; h < references_.size(); ++h) p.law.end_effectors[h].reference = references_[h];
     }
     p.scope.steady = steady_joints(system);  // except in an impact, in which their motors are not modelled
     law_ = std::make_shared<Impedance>(law_model, std::move(p.law), std::move(p.scope));
@@ -170,21 +175,21 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
   std::vector<EffectiveMass> masses;
   const Model& model = system.model;
   const Kinematics k = forward_kinematics(model, state);
-  for (const ClosingContact& meeting : contacts) {
-    const CompliantContact& c = meeting.contact;
+  for (const ClosingContact& contact : contacts) {
+    const CompliantContact& c = contact.contact;
     EffectiveMass m;
-    m.end_effector = meeting.end_effector, m.target = meeting.target;
-    m.hand = effective_mass(model, state, c.robot_body, c.p_WC, c.n_W);
+    m.end_effector = contact.end_effector, m.target = contact.target;
+    m.of_end_effector = effective_mass(model, state, c.robot_body, c.p_WC, c.n_W);
     m.of_target = effective_mass(model, state, c.target_body, c.p_WC, c.n_W);
     const auto velocity = [&](int body) { return shift(k.V_WB[body], c.p_WC - k.X_WB[body].p).linear; };
     m.target_speed_before = dot(c.n_W, velocity(c.target_body) - velocity(c.robot_body));
-    double mass = m.hand;
+    double mass = m.of_end_effector;
     const bool controlled = problem.impedance && problem.impact->joints == ImpactSetup::Joints::impedance &&
                             problem.impedance->law == ImpedanceSetup::Law::operational_space &&
                             problem.impedance->force == ImpedanceSetup::Force::sensed;
     if (controlled) {
       const Vector3d& M = problem.impedance->mass;  // along the end-effector's current axes
-      const Vector3d n = transposed_times(frame_pose(model, k, model.frame_index(meeting.end_effector)).R, c.n_W);
+      const Vector3d n = transposed_times(frame_pose(model, k, model.frame_index(contact.end_effector)).R, c.n_W);
       mass = 1 / (n[0] * n[0] / M[0] + n[1] * n[1] / M[1] + n[2] * n[2] / M[2]);
       if (problem.impedance->match == ImpedanceSetup::Match::target)
         mass = matching_mass(c, m.of_target, std::abs(m.target_speed_before));
@@ -204,12 +209,12 @@ std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const Cap
                                         std::span<const EffectiveMass> masses) {
   if (!problem.impedance || problem.impact->joints != ImpactSetup::Joints::impedance) return {};
   Prepared p = prepare(problem, system);
-  stay(system, state, time, p.law);
+  set_hold_references(system, state, time, p.law);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     for (std::size_t h = 0; h < p.names.size(); ++h) {
       if (p.names[h] != contacts[c].end_effector || problem.impedance->match != ImpedanceSetup::Match::target) continue;
-      p.law.hands[h].normal = contacts[c].contact.n_W;
-      p.law.hands[h].matched_mass = masses[c].apparent.value_or(masses[c].hand);
+      p.law.end_effectors[h].normal = contacts[c].contact.n_W;
+      p.law.end_effectors[h].matched_mass = masses[c].apparent.value_or(masses[c].of_end_effector);
     }
   }
   return std::make_shared<Impedance>(law_model, std::move(p.law), std::move(p.scope));

@@ -8,8 +8,8 @@
 namespace grapnel {
 namespace {
 
-constexpr double kMostMoment = 1e4;  // [N m]
-constexpr double kMostForce = 1e5;   // [N]
+constexpr double kMaxMoment = 1e4;  // [N m]
+constexpr double kMaxForce = 1e5;   // [N]
 
 const JointDescription* joint_of(const CaptureProblem& problem, const std::string& name) {
   for (const BodyDescription& body : problem.robot.bodies) {
@@ -25,15 +25,15 @@ bool is_motion(const PeakLoad& load) {
 
 }  // namespace
 
-// Result => one warning per joint without effort limit whose largest effort in motion exceeds kMostMoment [N m] or
-// kMostForce [N]; impacts and brakes are excluded, since their forces depend on an assumed duration.
+// Result => one warning per joint without effort limit whose largest effort in motion exceeds kMaxMoment [N m] or
+// kMaxForce [N]; impacts and brakes are excluded, since their forces depend on an assumed duration.
 std::vector<std::string> implausible_efforts(const CaptureProblem& problem, const CaptureResult& result) {
   std::vector<const PeakLoad*> found;  // the maximum of each joint
   for (const PeakLoad& load : result.peak_loads) {
     if (load.quantity != "driving" || !is_motion(load)) continue;
     const JointDescription* joint = joint_of(problem, load.of);
     if (!joint || std::isfinite(joint->limits.effort)) continue;
-    if (!(load.peak > (slides_along_axis(joint->type) ? kMostForce : kMostMoment))) continue;
+    if (!(load.peak > (slides_along_axis(joint->type) ? kMaxForce : kMaxMoment))) continue;
     const auto same = std::find_if(found.begin(), found.end(), [&](const PeakLoad* f) { return f->of == load.of; });
     if (same == found.end()) {
       found.push_back(&load);
@@ -50,7 +50,7 @@ std::vector<std::string> implausible_efforts(const CaptureProblem& problem, cons
                     "no real drive gives such an effort, so the motion from then on is not realistic: state "
                     "limits.effort of the joint",
                     load->of, load->peak, slides ? "N" : "N m", load->time, load->phase,
-                    slides ? kMostForce : kMostMoment, slides ? "N" : "N m"));
+                    slides ? kMaxForce : kMaxMoment, slides ? "N" : "N m"));
   }
   return warnings;
 }

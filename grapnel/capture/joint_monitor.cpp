@@ -5,7 +5,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kKept = 100;  // maximum number of recorded impacts at stops
+constexpr std::size_t kMaxRecorded = 100;  // maximum number of recorded impacts at stops
 
 JointReport::Mode mode_of(const PhaseDynamics& dynamics, std::size_t joint) {
   using Mode = JointReport::Mode;
@@ -23,7 +23,7 @@ void JointMonitor::begin_phase(const std::string& name, const PhaseDynamics& dyn
 }
 
 // Phase outcome => per joint its mode, friction heat, motor work and copper loss [J], friction share (19.21), and up to
-// kKept impacts at stops (19.2), (19.4).
+// kMaxRecorded impacts at stops (19.2), (19.4).
 void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   const Model& model = dynamics_->model();
   const auto description = [&](std::size_t joint) -> const JointDescription& {
@@ -45,7 +45,7 @@ void JointMonitor::end_phase(const PhaseOutcome& outcome) {
   }
   stop_impact_count_ += dynamics_->joint_modes().stop_impact_count();
   for (const JointModes::StopImpact& impact : dynamics_->joint_modes().stop_impacts()) {
-    if (stop_impacts_.size() == kKept) break;
+    if (stop_impacts_.size() == kMaxRecorded) break;
     stop_impacts_.push_back({impact.time, description(impact.joint).name, impact.end == JointModes::End::upper,
                              impact.rate_before, impact.rate_after, impact.impulse, impact.energy_lost});
   }

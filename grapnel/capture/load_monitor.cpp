@@ -97,13 +97,13 @@ const PeakSearch::Point& PeakSearch::evaluate(double t, const Quantities& at) {
 
 // Refines the maximum magnitude near t by repeated parabolic interpolation.
 void PeakSearch::climb(std::size_t quantity, double t, double begin, double end, const Quantities& at) {
-  constexpr int kMostTries = 8;
+  constexpr int kMaxTries = 8;
   constexpr double kApart = 0.02, kClose = 0.2;  // of the step; of kApart
   const double apart = kApart * (end - begin);
   const auto magnitude = [&](double time) {
     return std::abs(evaluate(std::clamp(time, begin, end), at).values[quantity]);
   };
-  for (int i = 0; i < kMostTries; ++i) {
+  for (int i = 0; i < kMaxTries; ++i) {
     // All three points are inside the step.
     const double center = std::clamp(t, begin + apart, end - apart);
     const std::optional<Vertex> v = vertex(magnitude(center - apart), magnitude(center), magnitude(center + apart));
@@ -211,13 +211,13 @@ constexpr const char* kAxes[3] = {"driving/x", "driving/y", "driving/z"};
 
 }  // namespace
 
-const LoadRating& LoadMonitor::rating_of(const std::string& joint_or_hand) const {
+const LoadRating& LoadMonitor::rating_of(const std::string& joint_or_end_effector) const {
   static const LoadRating none;
   for (const auto& [joint, rating] : problem_.robot.ratings) {
-    if (joint == joint_or_hand) return rating;
+    if (joint == joint_or_end_effector) return rating;
   }
   for (const EndEffectorSetup& e : problem_.robot.end_effectors) {
-    if (e.name == joint_or_hand) return e.rating;
+    if (e.name == joint_or_end_effector) return e.rating;
   }
   return none;
 }
@@ -261,10 +261,10 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
   if (!controls_base_) return;
   // The limit applies to the command, not to a rating: gyros, and thrusters on or off, may give more or less. In that
   // case SaturationMonitor observes the command.
-  const bool gives_the_command = !gives_base_torque_otherwise(dynamics.setup());
+  const bool torque_equals_command = !base_torque_may_differ(dynamics.setup());
   for (int k = 0; k < 3; ++k) {
     const double limit = dynamics.setup().attitude->limit[k];
-    if (gives_the_command) efforts_.watch(kBaseControl + " " + "xyz"[k], channels_.size(), limit, true);
+    if (torque_equals_command) efforts_.watch(kBaseControl + " " + "xyz"[k], channels_.size(), limit, true);
     channels_.push_back({kBaseControl, kAxes[k], std::numeric_limits<double>::infinity()});
   }
 }

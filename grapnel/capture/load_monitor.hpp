@@ -121,7 +121,7 @@ class LoadMonitor {
   };
   void add_channels(const PhaseDynamics& dynamics);
   void evaluate(const PhaseSample& sample, std::span<double> values);
-  const LoadRating& rating_of(const std::string& joint_or_hand) const;
+  const LoadRating& rating_of(const std::string& joint_or_end_effector) const;
   void note(PeakLoad load);
 
   const CaptureProblem& problem_;

@@ -16,7 +16,7 @@ namespace {
 // Minimum number of conservation samples per phase, independent of recorded samples: scales are maxima over time.
 constexpr double kMinimumChecks = 32;
 // Minimum number of samples for a SafetyMonitor that evaluates ends of steps without dense output.
-constexpr double kLeastWatched = 64;
+constexpr double kMinWatched = 64;
 
 // Whether any joint dissipates energy, or holds its position.
 bool has_damping(const Model& model) {
@@ -76,13 +76,13 @@ double for_slow_motion(double absolute_tolerance, double relative_tolerance, dou
 // integration errors of the impulse appear in the ledger in full: such phases use a tenth of the tolerances. A motion
 // that is slow throughout has tolerances relative to its speed, so that it meets the ledger's relative bounds on energy
 // at any speed.
-IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynamics& dynamics, const State& start,
+IntegrationSetup tolerances_for(const IntegrationSetup& requested, const PhaseDynamics& dynamics, const State& start,
                                 double duration, bool controlled) {
-  IntegrationSetup integration = asked;
+  IntegrationSetup integration = requested;
   // Dense output is of order 7: over the long steps of a smoothly driven motion the error of the work would exceed its
   // bound.
-  constexpr double kLeastSteps = 100;
-  if (integration.max_step == 0 && controlled) integration.max_step = duration / kLeastSteps;
+  constexpr double kMinSteps = 100;
+  if (integration.max_step == 0 && controlled) integration.max_step = duration / kMinSteps;
   if (dynamics.is_disturbed()) {
     integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
     integration.absolute_tolerance *= 0.1;
@@ -164,17 +164,17 @@ namespace {
 
 // The drives of the piece that begins; joints whose law ended with the release of its target are held at their
 // positions.
-PhaseSetup setup_of_piece(CaptureRun& run) {
+PhaseSetup setup_of_segment(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
   if (run.law.ends_by_release(bodies.system, bodies.time) && !run.joints.approaching()) run.joints.settle_all(bodies);
-  run.identification.begin_piece(bodies.system, bodies.time);
+  run.identification.begin_segment(bodies.system, bodies.time);
   const std::shared_ptr<const Model> law_model = run.identification.law_model(bodies.system);
   run.joints.obey(
-      run.law.begin_piece(bodies.system, bodies.state, run.joints.known_posture(bodies), bodies.time, law_model));
+      run.law.begin_segment(bodies.system, bodies.state, run.joints.known_posture(bodies), bodies.time, law_model));
   PhaseSetup setup = run.joints.setup(bodies);
   setup.law_model = law_model;
   setup.sensors = run.sensors;
-  if (run.sensors) run.sensors->begin_piece(bodies.system);
+  if (run.sensors) run.sensors->begin_segment(bodies.system);
   return setup;
 }
 
@@ -185,7 +185,7 @@ PhaseSetup setup_of_piece(CaptureRun& run) {
 PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
-      dynamics_(run.bodies.system.model, setup_of_piece(run)),
+      dynamics_(run.bodies.system.model, setup_of_segment(run)),
       arrival_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))),
       condition_(phase_condition(run, run.bodies.system)),
       stop_(arrival_) {
@@ -211,7 +211,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   task_.only_here = reason_for_here(run, dynamics_.setup());
   task_.stop = stop_;
   if (!task_.only_here.empty() || !monitor.watches()) return;
-  if (monitor.watches_closely()) task_.longest_look = (end - bodies.time) / kLeastWatched;
+  if (monitor.watches_closely()) task_.longest_look = (end - bodies.time) / kMinWatched;
   task_.watch = [this](double t, const State& state, std::span<const double> motor) {
     watched_elsewhere_ = true;
     run_.monitor.watch(t, state, motor);
@@ -250,7 +250,7 @@ void PhaseSegment::note(const PhaseOutcome& outcome, const PhaseMeasures& measur
   if (!task_.only_here.empty())
     throw std::logic_error("a motion segment that must be integrated by the run itself: " + task_.only_here);
   if (observed_) run_.monitor.take(measures);
-  run_.monitor.note_last_look(outcome.end_time);
+  run_.monitor.note_check(outcome.end_time);
 }
 
 // Prepared segment => state and time at its end, taken from elsewhere or integrated here; true if it ended at its
@@ -267,11 +267,11 @@ bool PhaseSegment::await_resume() {
   }
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
-  run_.identification.end_piece(outcome.integrals);
+  run_.identification.end_segment(outcome.integrals);
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
   const double condition = outcome.stopped && condition_ ? condition_(outcome.end_time, outcome.end_state) : 1.0;
   const bool law_is_over =
-      run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, std::min(arrival, condition));
+      run_.law.end_segment(outcome.end_state, outcome.end_time, outcome.stopped, std::min(arrival, condition));
   run_.condition_met = outcome.stopped && condition_ && !law_is_over && condition <= arrival;
   if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
@@ -304,11 +304,11 @@ StepProbe PhaseSegment::probe() const {
 // Segment => outcome without samples for output: conservation checks at ends of steps, at least kMinimumChecks of them.
 PhaseOutcome PhaseSegment::integrate_between_checks() {
   StepWatch watch;
-  watch.looks = static_cast<int>(kMinimumChecks);
+  watch.checks = static_cast<int>(kMinimumChecks);
   watch.each_step = each_step();
   if (observed_) {
-    watch.look = [&](double t, const State& state, const PhaseIntegrals& integrals) {
-      run_.monitor.look(t, state, integrals);
+    watch.check = [&](double t, const State& state, const PhaseIntegrals& integrals) {
+      run_.monitor.check(t, state, integrals);
     };
     watch.probe = probe();
   }
@@ -325,18 +325,18 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
   const double interval = any_interval ? run_.problem.output_interval : duration;
   // A power of two, so that instants of the finer grid are bit-identical to instants of the grid of the time series.
   const double wanted = std::log2(std::clamp(kMinimumChecks * interval / duration, 1.0, 0x1p40));
-  const long looks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
+  const long checks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
   // The time series has the phase's begin and end, and between them the multiples of the interval since t = 0.
   const double origin = any_interval ? 0 : task_.begin;
   const auto is_on_grid = [&](double t) { return origin + std::round((t - origin) / interval) * interval == t; };
   bool first = true;
   const auto observe = [&](const PhaseSample& sample) {
-    run_.monitor.sample(sample, first || looks == 1 || sample.time == end || is_on_grid(sample.time));
+    run_.monitor.sample(sample, first || checks == 1 || sample.time == end || is_on_grid(sample.time));
     first = false;
   };
   const State& start = resumed_ ? elsewhere_->end_state : task_.start;
   const double begin = resumed_ ? elsewhere_->end_time : task_.begin;
-  return simulate_phase(dynamics_, start, begin, end, {interval / static_cast<double>(looks), origin},
+  return simulate_phase(dynamics_, start, begin, end, {interval / static_cast<double>(checks), origin},
                         task_.integration, observe, stop_, probe(), each_step(), resumed_);
 }
 

@@ -133,7 +133,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   controls_base_ = (problem.approach && problem.approach->base_control) ||
                    problem.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
                    (problem.control && (problem.control->base_torque ||
-                                        (problem.control->log && problem.control->log->tells_actuators())));
+                                        (problem.control->log && problem.control->log->commands_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   if (!system.wheels.empty()) {
     std::vector<std::string> wheels;
@@ -205,7 +205,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   for (const SensedSeries& s : sensed_series(problem, system)) add(s.path, s.unit, s.description, s.components);
   std::size_t row = sizeof(double) + sizeof(int);
   for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
-  most_kept_ = std::max<std::size_t>(kBlockBytes / row, 1);
+  block_capacity_ = std::max<std::size_t>(kBlockBytes / row, 1);
 }
 
 // Problem => number of columns and estimated number of samples of its time series, from the durations and the output
@@ -271,7 +271,7 @@ void Recorder::put_references(const CaptureSystem& system, const PhaseSample& s)
   for (int j : system.robot_joints) {
     JointPoint reference{kNone, kNone, 0};
     const JointDrive drive = s.dynamics ? s.dynamics->setup().drives[j] : JointDrive{};
-    if (drive.control != JointControl::free && !drive.trajectory.pieces.empty())
+    if (drive.control != JointControl::free && !drive.trajectory.segments.empty())
       reference = evaluate(drive.trajectory, s.time);
     series_.series[next_].data.push_back(reference.position);
     rates.push_back(reference.rate);
@@ -478,7 +478,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
       ++next_;
     }
   }
-  if (sink_ && series_.time.size() >= most_kept_) sink_->take(series_);
+  if (sink_ && series_.time.size() >= block_capacity_) sink_->take(series_);
 }
 
 void Recorder::end_phase(const PhaseIntegrals& integrals) {

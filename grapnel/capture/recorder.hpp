@@ -63,7 +63,7 @@ class Recorder {
   TimeSeries& series_;
   SeriesSink* sink_ = nullptr;
   const SensorRun* sensors_ = nullptr;
-  std::size_t most_kept_ = 0;          // maximum number of samples of a block
+  std::size_t block_capacity_ = 0;     // maximum number of samples of a block
   std::size_t next_ = 0;               // next series to be filled within a sample
   std::vector<Quaterniond> previous_;  // for continuous signs of quaternions
   const MovingFrame frame_;

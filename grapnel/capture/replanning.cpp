@@ -67,14 +67,14 @@ void replan_if_due(CaptureRun& run) {
   std::vector<JointPoint> joints;
   for (const JointTrajectory& reference : run.joints.references()) joints.push_back(evaluate(reference, now));
   const CaptureProblem rest = rest_of_approach(problem, run.bodies.system, run.bodies.state, now, joints,
-                                               run.result.plan->final_position, run.joints.kept_attitude());
+                                               run.result.plan->final_position, run.joints.controlled_attitude());
   ApproachPlan plan = plan_approach(rest, targets, run.detail, run.progress, now);
   const bool found = plan.failure.empty();
   run.result.navigation.push_back(
       {now, found, plan.report.rhs_evaluations, estimate_errors(problem, seems, truth), plan.failure});
-  std::vector<std::string>& told = run.result.warnings;
+  std::vector<std::string>& warnings = run.result.warnings;
   for (const std::string& warning : plan.warnings) {
-    if (std::find(told.begin(), told.end(), warning) == told.end()) told.push_back(warning);
+    if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end()) warnings.push_back(warning);
   }
   if (!found) return;
   std::optional<WindowReport> window = std::move(run.result.plan->window);

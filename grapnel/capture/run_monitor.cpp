@@ -54,8 +54,8 @@ void RunMonitor::begin_phase(Phase phase) {
 bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.empty() || watches_.watching(); }
 
 // Sample => conservation, loop, clearance, limit, wheel and gyro checks at this instant; recorded in the time series if
-// `keep`. Motor efforts include the self-stress of closed loops.
-void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
+// `record`. Motor efforts include the self-stress of closed loops.
+void RunMonitor::sample(const PhaseSample& at_instant, bool record) {
   PhaseSample sample = at_instant;
   forward_kinematics(system_->model, sample.state, kinematics_);
   const ConservedQuantities quantities = conserved_quantities(system_->model, kinematics_, sample.state);
@@ -66,9 +66,9 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   // Efforts have been evaluated in every step if loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
-  wheels_.look(*system_, sample.state, sample.motor);
-  gyros_.look(*system_, sample.state, sample.motor);
-  if (!keep) return;
+  wheels_.observe(*system_, sample.state, sample.motor);
+  gyros_.observe(*system_, sample.state, sample.motor);
+  if (!record) return;
   last_check_ = sample.time;
   if (recorder_)
     recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
@@ -82,17 +82,17 @@ std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std:
   return joint_wrenches(*system_, kinematics_, sample, on_robot);
 }
 
-void RunMonitor::look(double time, const State& state, const PhaseIntegrals& integrals) {
+void RunMonitor::check(double time, const State& state, const PhaseIntegrals& integrals) {
   forward_kinematics(system_->model, state, kinematics_);
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
-  wheels_.look(*system_, state, {});
-  gyros_.look(*system_, state, {});
+  wheels_.observe(*system_, state, {});
+  gyros_.observe(*system_, state, {});
   last_check_ = time;
 }
 
 void RunMonitor::watch(double time, const State& state, std::span<const double> motor) {
   if (watches_.watching()) watches_.sample(time, state, motor);
-  wheels_.look(*system_, state, {});
+  wheels_.observe(*system_, state, {});
 }
 
 void RunMonitor::restart_watch() {
@@ -101,21 +101,21 @@ void RunMonitor::restart_watch() {
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!inspects_steps() && !watches_.watching() && !saturation_.looks()) return {};
+  if (!inspects_steps() && !watches_.watching() && !saturation_.observes()) return {};
   return [this](const PhaseStep& step) {
     if (watches_.watching()) watches_.step(step);
     if (seeks_loads()) loads_.step(step);
-    if (thrusters_.looks()) thrusters_.step(step);
-    if (gyros_.looks()) gyros_.step(step);
+    if (thrusters_.observes()) thrusters_.step(step);
+    if (gyros_.observes()) gyros_.step(step);
     check_at_end(step);
   };
 }
 
 void RunMonitor::check_at_end(const PhaseStep& step) {
-  const bool stability = seeks_stability() && stability_.looks();
-  if (!saturation_.looks() && !stability && !stability_.monitors_rest()) return;
+  const bool stability = seeks_stability() && stability_.observes();
+  if (!saturation_.observes() && !stability && !stability_.monitors_rest()) return;
   const PhaseSample reached = step.at(step.end);
-  if (saturation_.looks()) saturation_.step(step.begin, reached);
+  if (saturation_.observes()) saturation_.step(step.begin, reached);
   if (stability) stability_.step(step.begin, reached, saturation_.base_is_saturated());
   if (stability_.monitors_rest()) stability_.step_to_rest(step.begin, reached);
 }
@@ -161,8 +161,8 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, const 
                          std::span<const GraspSample> grasps) {
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
-  wheels_.look(system, state, {});
-  gyros_.look(system, state, {});
+  wheels_.observe(system, state, {});
+  gyros_.observe(system, state, {});
   last_check_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
@@ -177,13 +177,13 @@ void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) 
   loads_.impact(phase, outcome.report);
 }
 
-void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met,
+void RunMonitor::begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& start,
                                       double begin, const std::vector<std::size_t>& closing, std::vector<bool> opened) {
   // Checked if the approach was: not if only the impact is simulated.
   impact_ = {&system, begin, closing, watches_.watching()};
   if (impact_.watched) {
     watches_.begin_phase(phase, system, false, std::move(opened));
-    watches_.sample(begin, met, {});
+    watches_.sample(begin, start, {});
   }
   std::vector<std::string> end_effectors;
   for (const HeldGrasp& grasp : system.grasps) end_effectors.push_back(problem_.grasps[grasp.grasp].end_effector);

@@ -53,15 +53,15 @@ class RunMonitor {
   /// Whether every step of the phase is needed: for loads, plumes, gyro steering, or the time of rest. Saturation does
   /// not need it: lanes stop when a wheel reaches its maximum rate, and have neither gyros nor thrusters.
   bool inspects_steps() const {
-    return seeks_loads() || thrusters_.looks() || gyros_.looks() || stability_.monitors_rest();
+    return seeks_loads() || thrusters_.observes() || gyros_.observes() || stability_.monitors_rest();
   }
   /// Whether the phase needs samples; otherwise ends of steps suffice.
   bool needs_samples() const;
 
-  /// Adds a sample. `keep`: it is added to the time series, which need not contain all.
-  void sample(const PhaseSample& sample, bool keep);
+  /// Adds a sample. `record`: it is added to the time series, which need not contain all.
+  void sample(const PhaseSample& sample, bool record);
   /// The ends of some steps, instead of samples.
-  void look(double time, const State& state, const PhaseIntegrals& integrals);
+  void check(double time, const State& state, const PhaseIntegrals& integrals);
   /// Evaluates every step: limits, loads, plumes, gyros; empty if none of these is observed.
   StepProbe load_probe();
   /// For a phase integrated elsewhere: evaluates clearance and joint limits,
@@ -75,7 +75,7 @@ class RunMonitor {
   }
   /// Whether joints' effort limits are checked.
   bool watches_efforts() const { return watches_.watches_efforts(); }
-  void note_last_look(double time) { last_check_ = time; }
+  void note_check(double time) { last_check_ = time; }
   void end_phase(const PhaseOutcome& outcome);
 
   // --- Between phases ---
@@ -88,9 +88,9 @@ class RunMonitor {
   /// An instant just before or after an impact.
   void instant(const CaptureSystem& system, const State& state, double time);
   void impact(const std::string& phase, const ImpactOutcome& outcome);
-  /// Begins a compliant impact at `begin`, in which the system was in the state `met` before brakes; `closing` are the
-  /// problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
-  void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
+  /// Begins a compliant impact at `begin`, in which the system was in the state `start` before brakes; `closing` are
+  /// the problem's closing grasps, `opened` is GraspSchedule::opened(). Its samples follow, then its end.
+  void begin_impact_in_time(const std::string& phase, const CaptureSystem& system, const State& start, double begin,
                             const std::vector<std::size_t>& closing, std::vector<bool> opened);
   void check_in_impact(const CompliantSample& sample);
   void end_impact_in_time(const CompliantRun& run);
@@ -104,7 +104,7 @@ class RunMonitor {
   // --- The end ---
 
   /// Time of the last sample or evaluation [s].
-  double last_look() const { return last_check_; }
+  double last_check() const { return last_check_; }
   /// Ends a phase that a failure interrupted. Writes ledger, loads, clearance, limits, loops, and advice for failed
   /// checks.
   void write();

@@ -51,7 +51,7 @@ void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& sy
   name_ = name, system_ = &system.model, efforts_are_cut_ = efforts_are_cut;
   opened_ = std::move(opened);
   model_ = make_clearance_model(problem_, system, opened_);
-  parting_ = hand_pairs(problem_, system, model_, opened_);
+  parting_ = gripper_pairs(problem_, system, model_, opened_);
   any_pair_ = any_pair_ || !model_.pairs().empty();
   begin();
   for (int body : system.model.joints()) {
@@ -123,13 +123,13 @@ void SafetyMonitor::write(CaptureResult& result) {
 // Clearance and limits of all phases => minimum clearances, violations and unchecked pairs under the names of the
 // input, limit events in order of time.
 void SafetyMonitor::write_events(CaptureResult& result) {
-  for (MinimumClearance least : clearance_.least()) {
-    if (least.body_a.empty()) continue;
-    least.body_a = shown_name(least.body_a), least.body_b = shown_name(least.body_b);
-    result.clearance.push_back(least);
+  for (MinimumClearance minimum : clearance_.minima()) {
+    if (minimum.body_a.empty()) continue;
+    minimum.body_a = shown_name(minimum.body_a), minimum.body_b = shown_name(minimum.body_b);
+    result.clearance.push_back(minimum);
   }
   for (ClearanceEvent e : clearance_.events()) {
-    e.least.body_a = shown_name(e.least.body_a), e.least.body_b = shown_name(e.least.body_b);
+    e.minimum.body_a = shown_name(e.minimum.body_a), e.minimum.body_b = shown_name(e.minimum.body_b);
     result.clearance_events.push_back(e);
   }
   for (const GraspSetup& g : problem_.grasps) {
@@ -147,7 +147,7 @@ void SafetyMonitor::write_events(CaptureResult& result) {
 void SafetyMonitor::write_rows(CaptureResult& result) const {
   double overlap = 0;
   for (const ClearanceEvent& event : result.clearance_events)
-    overlap = std::max(overlap, event.required - event.least.distance);
+    overlap = std::max(overlap, event.required - event.minimum.distance);
   const auto excess = [&](LimitKind kind) {
     double largest = 0;
     for (const LimitEvent& e : limit_events_) {

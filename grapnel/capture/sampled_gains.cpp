@@ -81,15 +81,15 @@ Eigen::MatrixXd base_response(const CaptureSystem& system, const State& state, b
   for (int j : system.robot_joints) {
     if (locked) left_out[static_cast<std::size_t>(system.model.bodies()[system.model.joints()[j]].v)] = true;
   }
-  std::vector<int> kept;
+  std::vector<int> retained;
   Eigen::Index base = 0;  // index of its rotation among them
   for (int v = 0; v < static_cast<int>(M.rows()); ++v) {
-    if (v == system.model.bodies()[system.base].v) base = static_cast<Eigen::Index>(kept.size());
-    if (!left_out[static_cast<std::size_t>(v)]) kept.push_back(v);
+    if (v == system.model.bodies()[system.base].v) base = static_cast<Eigen::Index>(retained.size());
+    if (!left_out[static_cast<std::size_t>(v)]) retained.push_back(v);
   }
-  Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(kept.size()), 3);
+  Eigen::MatrixXd torques = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(retained.size()), 3);
   torques.middleRows(base, 3) = Eigen::Matrix3d::Identity();
-  const Eigen::MatrixXd reduced = M(kept, kept);
+  const Eigen::MatrixXd reduced = M(retained, retained);
   return Eigen::MatrixXd(Cholesky(reduced).solve(torques)).middleRows(base, 3);
 }
 
@@ -112,7 +112,8 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
     const PostImpactSetup& post = *problem.post_impact;
     gains = {"post_impact", post.kp, post.kd, post.joints == PostImpactSetup::Joints::computed_torque};
   }
-  const auto look = [&](const Gains& what, const Eigen::MatrixXd& response, const std::vector<std::string>& names) {
+  const auto report_if_unstable = [&](const Gains& what, const Eigen::MatrixXd& response,
+                                      const std::vector<std::string>& names) {
     const std::string text = describe(loop_of(what, response, timing), what, names);
     if (!text.empty()) found.push_back(text);
   };
@@ -121,7 +122,7 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
     for (int j : system.robot_joints)
       names.push_back(
           fmt::format("joint '{}'", system.model.bodies()[system.model.joints()[j]].description.joint.name));
-    look(gains, joint_response(system, run.bodies.state), names);
+    report_if_unstable(gains, joint_response(system, run.bodies.state), names);
   }
   const auto& base = approach ? problem.approach->base_control : problem.post_impact->base_control;
   if (!base || !system.model.has_free_root(system.base)) return found;
@@ -130,8 +131,8 @@ std::vector<std::string> unstable_gains(const CaptureRun& run, bool approach) {
   Gains attitude{approach ? "approach.base_control" : "post_impact.base_control",
                  {base->kp[0], base->kp[1], base->kp[2]},
                  {base->kd[0], base->kd[1], base->kd[2]}};
-  look(attitude, base_response(system, run.bodies.state, !are_free),
-       {"the base's x axis", "the base's y axis", "the base's z axis"});
+  report_if_unstable(attitude, base_response(system, run.bodies.state, !are_free),
+                     {"the base's x axis", "the base's y axis", "the base's z axis"});
   return found;
 }
 

@@ -22,7 +22,7 @@ bool is_at(double value, double limit) { return std::isfinite(limit) && std::abs
 
 }  // namespace
 
-bool gives_base_torque_otherwise(const PhaseSetup& setup) {
+bool base_torque_may_differ(const PhaseSetup& setup) {
   return setup.actuators.steering || (setup.actuators.thrusters && !setup.actuators.dumping);
 }
 
@@ -61,8 +61,8 @@ void SaturationMonitor::begin_phase(const CaptureSystem& system, const PhaseDyna
   steers_ = !setup.gyros.empty() && (setup.actuators.steering || setup.actuators.one_by_one);
   fires_ = setup.actuators.thrusters != nullptr;
   if (setup.actuators.steering) gyros_.report.limit = dynamics.base().gyros().steering().near;
-  looks_ = drives_wheels_ || steers_ || fires_;
-  commands_base_ = setup.attitude && gives_base_torque_otherwise(setup);
+  observes_ = drives_wheels_ || steers_ || fires_;
+  commands_base_ = setup.attitude && base_torque_may_differ(setup);
   for (int k = 0; commands_base_ && k < 3; ++k)
     base_[static_cast<std::size_t>(k)].report.limit = setup.attitude->limit[k];
   for (auto* items : {&wheel_rates_, &wheel_torques_, &gimbal_rates_, &gimbal_torques_, &thrusters_, &base_}) {
@@ -85,8 +85,8 @@ void SaturationMonitor::step(double begin, const PhaseSample& reached) {
   if (steers_) step_gyros(begin, reached);
   if (fires_) step_thrusters(begin, reached);
   for (std::size_t k = 0; commands_base_ && k < 3; ++k) {
-    const double asked = reached.dynamics->base().asked()[static_cast<int>(k)];
-    note(base_[k], begin, reached.time, is_at(asked, base_[k].report.limit), true);
+    const double commanded = reached.dynamics->base().commanded_torque()[static_cast<int>(k)];
+    note(base_[k], begin, reached.time, is_at(commanded, base_[k].report.limit), true);
   }
 }
 
@@ -126,7 +126,7 @@ void SaturationMonitor::step_thrusters(double begin, const PhaseSample& reached)
   if (setup.actuators.one_by_one) {
     shares = setup.clock->held().actuators.thruster;
   } else if (!setup.actuators.dumping) {
-    shares = bank.allocation().on_times(base.asked()).value_or(std::vector<double>());
+    shares = bank.allocation().on_times(base.commanded_torque()).value_or(std::vector<double>());
   }
   for (std::size_t i = 0; i < thrusters_.size() && i < bank.size(); ++i) {
     const bool is_full = i < shares.size() && shares[i] >= 1 - kAtLimit;

@@ -16,7 +16,7 @@ namespace grapnel {
 
 /// Whether the actuators may give a torque that differs from attitude control's command within its limit: steered
 /// gyros, and thrusters.
-bool gives_base_torque_otherwise(const PhaseSetup& setup);
+bool base_torque_may_differ(const PhaseSetup& setup);
 
 class SaturationMonitor {
  public:
@@ -25,7 +25,7 @@ class SaturationMonitor {
   /// A motion segment begins; the system lives until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
   /// Whether the phase has actuators to observe.
-  bool looks() const { return looks_; }
+  bool observes() const { return observes_; }
   /// `reached`: the system at the end of the step.
   void step(double begin, const PhaseSample& reached);
   /// Whether an actuator of the base was at its limit in the last step.
@@ -47,7 +47,7 @@ class SaturationMonitor {
   void step_thrusters(double begin, const PhaseSample& reached);
 
   const CaptureSystem* system_ = nullptr;
-  bool looks_ = false, drives_wheels_ = false, steers_ = false, fires_ = false, commands_base_ = false;
+  bool observes_ = false, drives_wheels_ = false, steers_ = false, fires_ = false, commands_base_ = false;
   std::vector<Item> wheel_rates_, wheel_torques_, gimbal_rates_, gimbal_torques_, thrusters_;  // in the robot's order
   std::vector<Item> base_;                                                                     // about x, y, z
   Item gyros_;

@@ -129,7 +129,7 @@ void SensorRun::note(Channels& c, double error) {
   c.largest = std::max(c.largest, std::abs(error));
 }
 
-void SensorRun::begin_piece(const CaptureSystem& system) { system_ = &system; }
+void SensorRun::begin_segment(const CaptureSystem& system) { system_ = &system; }
 
 bool SensorRun::needs_forces() const { return !setup_.wrists.empty() && system_ && !system_->grasps.empty(); }
 

@@ -32,7 +32,7 @@ class SensorRun : public SensorReader {
   SensorRun(const CaptureProblem& problem, IdentificationRun& identification);
 
   /// A motion segment begins; `system` lives until it ends.
-  void begin_piece(const CaptureSystem& system);
+  void begin_segment(const CaptureSystem& system);
 
   /// The state at `time`, between two motion segments, with joint positions and the base's attitude as known to a law
   /// that takes its set point from them: from the reading due at `time`, otherwise from the last one. Other values, and

@@ -27,7 +27,7 @@ namespace {
 void warn_of_comparisons(CaptureRun& run);
 void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen);
 MotionPhase begin_approach(CaptureRun& run);
-bool goes_on(const CaptureRun& run);
+bool has_post_impact_motion(const CaptureRun& run);
 void check_and_report(CaptureRun& run);
 
 // A capture from its plan to its report, or only its impact. Suspends at every motion segment; the caller may
@@ -59,7 +59,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const 
 
     // Motion after the impact, or without one: phase by phase, each in pieces between releases, closing grasps and its
     // end condition.
-    if (part == CaptureSteps::Part::whole && goes_on(run)) {
+    if (part == CaptureSteps::Part::whole && has_post_impact_motion(run)) {
       if (!closed) stop_joints(run);
       for (bool any_left = true; any_left;) {
         MotionPhase phase = begin_motion_phase(run);
@@ -117,17 +117,17 @@ void place_bodies(const CaptureProblem& problem, const TargetPlan& targets, RunB
 }
 
 // Reports frequencies at the start; rejects problems that would take days, since every vibration is resolved.
-void look_at_vibrations(CaptureRun& run) {
-  constexpr double kMostPeriods = 1e6;
+void check_vibrations(CaptureRun& run) {
+  constexpr double kMaxPeriods = 1e6;
   const double fastest = fastest_vibration(run.bodies.system, run.bodies.state);
   const CaptureProblem& problem = run.problem;
   const double duration = (problem.approach ? problem.approach->duration : 0) + problem.post_impact.total_duration();
-  if (fastest * duration > kMostPeriods) {
+  if (fastest * duration > kMaxPeriods) {
     throw RunFailure(
         fmt::format("the flexible modes have up to {:.3g} Hz, {:.3g} periods in {:.6g} s, and the integrator resolves "
                     "each; at most "
                     "{:.0e} are allowed: use fewer segments, or rigid parts instead of stiff flexible ones",
-                    fastest, fastest * duration, duration, kMostPeriods));
+                    fastest, fastest * duration, duration, kMaxPeriods));
   }
   if (run.detail == CaptureDetail::full)
     run.result.elastic.push_back(elastic_report(run.bodies.system, run.bodies.state, "start", run.bodies.time));
@@ -138,7 +138,7 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   const auto planning = [&](double) { run.progress(kPlanning, 0, 0); };
   const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
   place_bodies(run.problem, targets, run.bodies);
-  if (!run.bodies.system.elastic_joints.empty()) look_at_vibrations(run);
+  if (!run.bodies.system.elastic_joints.empty()) check_vibrations(run);
   if (!run.problem.approach) return;
   if (chosen && !chosen->failure.empty()) {
     run.result.plan = chosen->closest;
@@ -169,7 +169,7 @@ MotionPhase begin_approach(CaptureRun& run) {
 
 // Whether there is motion after the approach's end: a grasp has closed, or still may close, or nothing is to be
 // captured.
-bool goes_on(const CaptureRun& run) {
+bool has_post_impact_motion(const CaptureRun& run) {
   if (!run.problem.post_impact) return false;
   return !run.problem.impact || !run.bodies.held.empty() || run.rebounded || run.schedule.any_left();
 }
@@ -180,7 +180,7 @@ bool goes_on(const CaptureRun& run) {
 // that is not finite becomes failed.
 void check_and_report(CaptureRun& run) {
   CaptureResult& result = run.result;
-  run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
+  run.schedule.write(run.monitor.last_check(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
   run.law.write(result);
   for (std::string& warning : implausible_efforts(run.problem, result)) result.warnings.push_back(std::move(warning));

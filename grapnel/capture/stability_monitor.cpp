@@ -13,13 +13,13 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kMostHalves = 3000;
+constexpr std::size_t kMaxHalves = 3000;
 constexpr std::size_t kBins = 96;
 
 // ---- The criteria ----
 
 // Minimum number of half-cycles in total, and in a third.
-constexpr std::size_t kLeastHalves = 9;
+constexpr std::size_t kMinHalves = 9;
 // Growth of the peaks from the first to the second third of the half-cycles, and from the second to the last.
 constexpr double kGrowsEarly = 1.1, kGrowsLate = 1.2;
 // Fast growth: number of half-cycles at the end, and growth of each peak relative to the previous one.
@@ -47,11 +47,11 @@ constexpr double kSettledRate = 1e-7, kNoiseDeviations = 5;
 // ---- Oscillation ----
 
 // Step and the value at its end => extends the current half-cycle, or begins one at a change of sign; updates its peak,
-// energy and saturated time, and the envelope. At kMostHalves, half-cycles are merged.
+// energy and saturated time, and the envelope. At kMaxHalves, half-cycles are merged.
 void Oscillation::add(double t0, double t1, double value, bool saturated, double energy) {
   const int sign = value > 0 ? 1 : value < 0 ? -1 : sign_;
   if (halves_.empty() || sign != sign_) {
-    if (halves_.size() >= kMostHalves) merge_halves();
+    if (halves_.size() >= kMaxHalves) merge_halves();
     halves_.push_back({t0, t1, 0, 0, 0, 1});
     sign_ = sign;
   }
@@ -150,7 +150,7 @@ bool Oscillation::diverges(int parts, double factor) const {
 StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool stores_energy, bool forced) {
   StabilityReport report;
   const double floor = std::max(kSettledRate, kNoiseDeviations * noise);
-  const std::vector<Oscillation::Third> thirds = o.thirds(kLeastHalves);
+  const std::vector<Oscillation::Third> thirds = o.thirds(kMinHalves);
   if (!thirds.empty()) {
     const Oscillation::Third &first = thirds[0], &middle = thirds[1], &last = thirds[2];
     report.period = 2 * last.duration / static_cast<double>(std::max(1L, last.count));
@@ -168,7 +168,7 @@ StabilityReport evaluate_oscillation(const Oscillation& o, double noise, bool st
     }
   }
   const std::optional<Oscillation::Growth> growth =
-      o.growth(forced ? kLeastHalves : kFastHalves, forced ? kGrowsForcedEach : kFastGrowth);
+      o.growth(forced ? kMinHalves : kFastHalves, forced ? kGrowsForcedEach : kFastGrowth);
   if (growth && growth->last > std::max(floor, kSettled * o.largest()) &&
       (!stores_energy || growth->energy_factor > kEnergyGrows)) {
     report.period = growth->period, report.amplitude_before = growth->first, report.amplitude_after = growth->last;
@@ -280,8 +280,8 @@ void StabilityMonitor::step(double begin, const PhaseSample& reached, bool base_
     double value = reached.state.v[static_cast<std::size_t>(signal.velocity)];
     bool saturated = false;
     if (signal.joint < 0) {
-      const double asked = reached.dynamics->base().asked()[signal.axis];
-      saturated = base_is_saturated || (std::isfinite(signal.limit) && std::abs(asked) >= kAtLimit * signal.limit);
+      const double commanded = reached.dynamics->base().commanded_torque()[signal.axis];
+      saturated = base_is_saturated || (std::isfinite(signal.limit) && std::abs(commanded) >= kAtLimit * signal.limit);
     } else {
       const auto j = static_cast<std::size_t>(signal.joint);
       const JointTrajectory& trajectory = setup.drives[j].trajectory;

@@ -79,7 +79,7 @@ class StabilityMonitor {
   void begin_phase(const std::string& name, const CaptureSystem& system, const PhaseDynamics& dynamics,
                    bool moved_by_law, bool after_impact);
   /// Whether the phase has signals to observe.
-  bool looks() const { return !signals_.empty(); }
+  bool observes() const { return !signals_.empty(); }
   /// Whether rest is observed: with any level of detail.
   bool monitors_rest() const { return seeks_rest_; }
   /// `reached`: the system at the end of the step.

@@ -59,7 +59,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
 }
 
 // Whether a plume hits a point in the base's frame.
-bool ThrusterMonitor::meets(std::size_t i, const Vector3d& p_base) const {
+bool ThrusterMonitor::plume_hits(std::size_t i, const Vector3d& p_base) const {
   const ThrusterSetup& thruster = problem_.robot.thrusters[i];
   const Vector3d away = p_base - thruster.position;
   const double distance = norm(away), along = -dot(away, thrust_direction(thruster));
@@ -77,7 +77,7 @@ void ThrusterMonitor::step(const PhaseStep& step) {
     if (!(thrusts[i] > 0) || !problem_.robot.thrusters[i].plume) continue;
     int last = -1;  // last body counted
     for (const Point& point : watched_) {
-      if (point.body == last || !meets(i, X_BW * (kinematics_.X_WB[point.body] * point.p_B))) continue;
+      if (point.body == last || !plume_hits(i, X_BW * (kinematics_.X_WB[point.body] * point.p_B))) continue;
       last = point.body;
       const std::string& thruster = problem_.robot.thrusters[i].name;
       const auto is_it = [&](const PlumeHazard& h) { return h.thruster == thruster && h.body == point.name; };
@@ -111,7 +111,7 @@ void ThrusterMonitor::write(CaptureResult& result) const {
     each.propellant = use.impulse / (thruster.specific_impulse * kStandardGravity);
     report.propellant += each.propellant;
   }
-  report.at_hand = problem_.robot.propellant.value_or(std::numeric_limits<double>::quiet_NaN());
+  report.available = problem_.robot.propellant.value_or(std::numeric_limits<double>::quiet_NaN());
   report.hazards = hazards_;
   if (!dumps_) return;
   const ThrusterBank::Dumped& d = bank_->dumped();

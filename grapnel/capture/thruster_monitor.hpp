@@ -21,7 +21,7 @@ class ThrusterMonitor {
   /// Begins a motion segment; both arguments live until it ends.
   void begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics);
   /// Whether steps must be evaluated: thrusters with plumes may fire.
-  bool looks() const { return !watched_.empty(); }
+  bool observes() const { return !watched_.empty(); }
   void step(const PhaseStep& step);
   /// Adds the duration of the piece [s].
   void end_phase(double duration) { at_work_ += fires_ ? duration : 0; }
@@ -38,7 +38,7 @@ class ThrusterMonitor {
     Vector3d p_B;
     std::string name;
   };
-  bool meets(std::size_t thruster, const Vector3d& p_base) const;
+  bool plume_hits(std::size_t thruster, const Vector3d& p_base) const;
 
   const CaptureProblem& problem_;
   const CaptureSystem* system_ = nullptr;

@@ -13,7 +13,7 @@ WheelMonitor::WheelMonitor(const CaptureProblem& problem) {
   }
 }
 
-void WheelMonitor::look(const CaptureSystem& system, const State& state, std::span<const double> motor) {
+void WheelMonitor::observe(const CaptureSystem& system, const State& state, std::span<const double> motor) {
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
     WheelReport& report = reports_[w];
     const int joint = system.wheels[w];

@@ -16,7 +16,7 @@ class WheelMonitor {
   explicit WheelMonitor(const CaptureProblem& problem);
 
   /// Adds a state of the system. `motor`: efforts per Model::joints(); empty if not computed.
-  void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
+  void observe(const CaptureSystem& system, const State& state, std::span<const double> motor);
   bool any() const { return !reports_.empty(); }
   /// Begins or restarts a phase: discards its observations.
   void begin_phase();

@@ -252,15 +252,15 @@ CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
   const double distance = norm(found.difference);
   if (found.separated && distance > 1e-9 * core.reach())
     return {distance, found.point_a, point, (-1 / distance) * found.difference};
-  double least = std::numeric_limits<double>::infinity();
+  double min_depth = std::numeric_limits<double>::infinity();
   Vector3d normal{1, 0, 0};
   // A plane n . x = o of the hull becomes (n / s) . x = o after scaling.
   for (std::size_t k = 0; k < core.hull->normals.size(); ++k) {
     const Vector3d n = core.scaled_normal(core.hull->normals[k]);
     const double length = norm(n), depth = (core.hull->offsets[k] - dot(n, point)) / length;
-    if (depth < least) least = depth, normal = (1 / length) * n;
+    if (depth < min_depth) min_depth = depth, normal = (1 / length) * n;
   }
-  return {-least, point + least * normal, point, normal};
+  return {-min_depth, point + min_depth * normal, point, normal};
 }
 
 // A core and a point in its frame, which may be inside it.

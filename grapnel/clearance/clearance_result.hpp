@@ -26,10 +26,10 @@ struct MinimumClearance {
 /// end of its phase.
 struct ClearanceEvent {
   std::string phase;
-  double begin_time = 0;   // [s]
-  double end_time = 0;     // [s]
-  double required = 0;     // [m]
-  MinimumClearance least;  // of this pair in this time
+  double begin_time = 0;     // [s]
+  double end_time = 0;       // [s]
+  double required = 0;       // [m]
+  MinimumClearance minimum;  // of this pair in this time
   /// Begin of the overlap [s], which may be later than the begin of the event; absent: no overlap.
   std::optional<double> overlap_begin = {};
 };

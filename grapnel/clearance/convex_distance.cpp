@@ -135,7 +135,7 @@ ConvexDistance result_of(const Simplex& simplex, bool separated) {
 // Two cores => nearest points in the first one's frame, by Gilbert, Johnson and Keerthi; at most 200 steps. The result
 // states overlap if the simplex contains the origin or the distance is a rounding error.
 ConvexDistance convex_distance(const CorePair& pair) {
-  constexpr int kMostSteps = 200;  // cylinders need up to about 30, boxes 10
+  constexpr int kMaxSteps = 200;  // cylinders need up to about 30, boxes 10
   constexpr double kRelative = 1e-14;
   const double scale = pair.scale();
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * scale;
@@ -152,7 +152,7 @@ ConvexDistance convex_distance(const CorePair& pair) {
   Vector3d v = simplex.point(&Vertex::w);
   double square = dot(v, v);
   double bound = 0;  // lower bound of the distance
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const double distance = std::sqrt(square);
     if (!(distance > 16 * rounding)) return result_of(simplex, false);
     Vertex next;
@@ -177,11 +177,11 @@ ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Ve
   const Vector3d d = p2 - p1, e = q2 - q1, r = p1 - q1;
   const double dd = dot(d, d), ee = dot(e, e), de = dot(d, e);
   ConvexDistance best{true, p1, q1, r};
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   const auto offer = [&](double s, double t) {
     const Vector3d a = p1 + s * d, b = q1 + t * e, difference = a - b;
     const double square = dot(difference, difference);
-    if (square < least) least = square, best = {true, a, b, difference};
+    if (square < smallest) smallest = square, best = {true, a, b, difference};
   };
   const auto foot = [](double along, double length2) {
     return length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
@@ -203,7 +203,7 @@ ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Ve
 namespace {
 
 // The direction of minimum depth so far.
-struct LeastDepth {
+struct MinimumDepth {
   const CorePair& pair;
   double depth = std::numeric_limits<double>::infinity();
   Vector3d normal{1, 0, 0};
@@ -233,35 +233,35 @@ std::array<Vector3d, 2> perpendiculars(const Vector3d& n) {
 
 // Minimum depth over directions perpendicular to `axis`: the lowest of equally spaced ones, and golden section searches
 // around those that are lower than both neighbours and close to the lowest.
-void search_circle(const Vector3d& axis, LeastDepth& least) {
+void search_circle(const Vector3d& axis, MinimumDepth& minimum) {
   constexpr int kDirections = 64;
   constexpr double kSpacing = 2 * std::numbers::pi / kDirections;
   const auto [u, v] = perpendiculars(axis);
   const auto direction = [&, u = u, v = v](double angle) { return std::cos(angle) * u + std::sin(angle) * v; };
   std::array<double, kDirections> h;
-  for (int i = 0; i < kDirections; ++i) h[i] = least.along(direction(kSpacing * i));
+  for (int i = 0; i < kDirections; ++i) h[i] = minimum.along(direction(kSpacing * i));
   // Between neighbouring directions h changes by at most the scale times the spacing.
-  const double slack = kSpacing * least.pair.scale();
+  const double slack = kSpacing * minimum.pair.scale();
   for (int i = 0; i < kDirections; ++i) {
     if (h[i] > h[(i + 1) % kDirections] || h[i] > h[(i + kDirections - 1) % kDirections]) continue;
-    if (h[i] - slack > least.depth) continue;
+    if (h[i] - slack > minimum.depth) continue;
     const double angle =
-        golden_minimum([&](double x) { return least.along(direction(x)); }, kSpacing * (i - 1), kSpacing * (i + 1));
-    least.offer(direction(angle));
+        golden_minimum([&](double x) { return minimum.along(direction(x)); }, kSpacing * (i - 1), kSpacing * (i + 1));
+    minimum.offer(direction(angle));
   }
 }
 
 // Descent from a direction in steps that grow on success and shrink on failure. It may stop early at edges between two
 // parts of the surface; those directions are on the circles.
-void descend(Vector3d n, double step, LeastDepth& least) {
-  double h = least.along(n);
+void descend(Vector3d n, double step, MinimumDepth& minimum) {
+  double h = minimum.along(n);
   for (int round = 0; round < 120 && step > 1e-9; ++round) {
     const auto [u, v] = perpendiculars(n);
     bool lower = false;
     for (const Vector3d& side : {u, -u, v, -v}) {
       Vector3d trial = n + step * side;
       trial *= 1 / norm(trial);
-      const double h_trial = least.along(trial);
+      const double h_trial = minimum.along(trial);
       if (h_trial < h) {
         n = trial, h = h_trial, lower = true;
         break;
@@ -269,12 +269,12 @@ void descend(Vector3d n, double step, LeastDepth& least) {
     }
     step *= lower ? 1.5 : 0.5;
   }
-  least.offer(n);
+  minimum.offer(n);
 }
 
 // Rims of two cylinders may touch along any direction: selects the lowest few of directions spread over the sphere, and
 // improves each.
-void search_sphere(LeastDepth& least) {
+void search_sphere(MinimumDepth& minimum) {
   constexpr int kDirections = 200, kStarts = 4;
   constexpr double kSpacing = 0.25;  // approximate angle between neighbours
   struct Start {
@@ -286,7 +286,7 @@ void search_sphere(LeastDepth& least) {
     // Fibonacci spiral.
     const double z = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
     const Vector3d n{r * std::cos(angle), r * std::sin(angle), z};
-    const double h = least.along(n);
+    const double h = minimum.along(n);
     // One start per neighbourhood: replaces a close one if lower, else the highest.
     Start* place = &starts[0];
     for (Start& s : starts) {
@@ -298,7 +298,7 @@ void search_sphere(LeastDepth& least) {
     }
     if (h < place->h) *place = {h, n};
   }
-  for (const Start& s : starts) descend(s.n, 0.5 * kSpacing, least);
+  for (const Start& s : starts) descend(s.n, 0.5 * kSpacing, minimum);
 }
 
 // Face normals and edge directions of a core, in the first core's frame for R = R_AB; for cylinders those of straight
@@ -328,43 +328,43 @@ Directions directions_of(const ConvexCore& core, const Rotationd& R) {
 
 // Pairs with the hull of a mesh: all face normals of the Minkowski difference if they are few enough; otherwise, and
 // for round shapes, searches.
-void offer_hulls(const CorePair& pair, LeastDepth& least) {
-  constexpr std::size_t kMostNormals = 4000;
+void offer_hulls(const CorePair& pair, MinimumDepth& minimum) {
+  constexpr std::size_t kMaxNormals = 4000;
   const Directions a = directions_of(pair.a, Rotationd::identity()), b = directions_of(pair.b, pair.X_AB.R);
-  const bool many = a.edges.empty() || b.edges.empty() || a.normals.size() + b.normals.size() > kMostNormals;
-  least.offer_line(pair.X_AB.p);
-  if (many) search_sphere(least);
+  const bool many = a.edges.empty() || b.edges.empty() || a.normals.size() + b.normals.size() > kMaxNormals;
+  minimum.offer_line(pair.X_AB.p);
+  if (many) search_sphere(minimum);
   for (const std::vector<Vector3d>* normals : {&a.normals, &b.normals}) {
-    if (normals->size() > kMostNormals) continue;
-    for (const Vector3d& n : *normals) least.offer_line(n);
+    if (normals->size() > kMaxNormals) continue;
+    for (const Vector3d& n : *normals) minimum.offer_line(n);
   }
   for (const Vector3d& d : a.edges) {
-    for (const Vector3d& e : b.edges) least.offer_line(cross(d, e));
+    for (const Vector3d& e : b.edges) minimum.offer_line(cross(d, e));
   }
   if (pair.a.round) {
-    for (const Vector3d& e : b.edges) search_circle(e, least);
-    search_circle({0, 0, 1}, least);
+    for (const Vector3d& e : b.edges) search_circle(e, minimum);
+    search_circle({0, 0, 1}, minimum);
   }
   if (pair.b.round) {
-    for (const Vector3d& d : a.edges) search_circle(d, least);
-    search_circle(pair.X_AB.R.column(2), least);
+    for (const Vector3d& d : a.edges) search_circle(d, minimum);
+    search_circle(pair.X_AB.R.column(2), minimum);
   }
 }
 
 // Pairs of boxes, cylinders, segments and points.
-void offer_primitives(const CorePair& pair, LeastDepth& least) {
+void offer_primitives(const CorePair& pair, MinimumDepth& minimum) {
   const Rotationd& R = pair.X_AB.R;
-  least.offer_line(pair.X_AB.p);
+  minimum.offer_line(pair.X_AB.p);
   for (int i = 0; i < 3; ++i) {
-    least.offer_line(Vector3d::unit(i));
-    least.offer_line(R.column(i));
-    for (int j = 0; j < 3; ++j) least.offer_line(cross(Vector3d::unit(i), R.column(j)));
+    minimum.offer_line(Vector3d::unit(i));
+    minimum.offer_line(R.column(i));
+    for (int j = 0; j < 3; ++j) minimum.offer_line(cross(Vector3d::unit(i), R.column(j)));
   }
   if (pair.a.round || pair.b.round) {
-    for (int i = pair.a.round ? 2 : 0; i < 3; ++i) search_circle(Vector3d::unit(i), least);
-    for (int i = pair.b.round ? 2 : 0; i < 3; ++i) search_circle(R.column(i), least);
+    for (int i = pair.a.round ? 2 : 0; i < 3; ++i) search_circle(Vector3d::unit(i), minimum);
+    for (int i = pair.b.round ? 2 : 0; i < 3; ++i) search_circle(R.column(i), minimum);
   }
-  if (pair.a.round && pair.b.round) search_sphere(least);
+  if (pair.a.round && pair.b.round) search_sphere(minimum);
 }
 
 }  // namespace
@@ -372,11 +372,11 @@ void offer_primitives(const CorePair& pair, LeastDepth& least) {
 // Overlapping cores => minimum depth, its normal and contact points, in the first one's frame. Candidate normals first,
 // then refinement by the nearest points of the cores after their separation.
 Penetration penetration(const CorePair& pair) {
-  LeastDepth least{pair};
+  MinimumDepth minimum{pair};
   if (pair.a.hull || pair.b.hull)
-    offer_hulls(pair, least);
+    offer_hulls(pair, minimum);
   else
-    offer_primitives(pair, least);
+    offer_primitives(pair, minimum);
 
   // Contact points: the nearest points after a translation by slightly more than the depth. If the normal was not
   // optimal, these points give a better one.
@@ -384,11 +384,11 @@ Penetration penetration(const CorePair& pair) {
   CorePair apart = pair;
   Penetration result{};
   for (int step = 0; step < 30; ++step) {
-    apart.X_AB.p = pair.X_AB.p + (least.depth + gap) * least.normal;
+    apart.X_AB.p = pair.X_AB.p + (minimum.depth + gap) * minimum.normal;
     const ConvexDistance touch = convex_distance(apart);
-    result = {least.depth, least.normal, touch.point_a, touch.point_a - least.depth * least.normal};
-    least.offer((-1 / norm(touch.difference)) * touch.difference);
-    if (!(least.depth < result.depth - 1e-13 * pair.scale())) break;
+    result = {minimum.depth, minimum.normal, touch.point_a, touch.point_a - minimum.depth * minimum.normal};
+    minimum.offer((-1 / norm(touch.difference)) * touch.difference);
+    if (!(minimum.depth < result.depth - 1e-13 * pair.scale())) break;
   }
   return result;
 }

@@ -67,9 +67,9 @@ inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) 
   const Vector3d d = core.scaled(direction);  // n . (S v) = (S n) . v
   const std::vector<Vector3d>& vertices = core.hull->vertices;
   std::size_t best = 0;
-  double most = dot(d, vertices[0]);
+  double farthest = dot(d, vertices[0]);
   for (std::size_t i = 1; i < vertices.size(); ++i) {
-    if (const double along = dot(d, vertices[i]); along > most) most = along, best = i;
+    if (const double along = dot(d, vertices[i]); along > farthest) farthest = along, best = i;
   }
   return core.scaled(vertices[best] - core.hull->center);
 }

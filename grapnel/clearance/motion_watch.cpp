@@ -36,7 +36,7 @@ std::vector<ClearanceEvent> united_by_bodies(std::vector<ClearanceEvent> events)
   std::vector<ClearanceEvent> united;
   std::map<Bodies, std::size_t> last;
   for (const ClearanceEvent& event : events) {
-    Bodies bodies{event.least.body_a, event.least.body_b};
+    Bodies bodies{event.minimum.body_a, event.minimum.body_b};
     if (bodies.second < bodies.first) std::swap(bodies.first, bodies.second);
     const auto [known, is_first] = last.emplace(bodies, united.size());
     if (is_first || event.begin_time > united[known->second].end_time) {
@@ -48,7 +48,7 @@ std::vector<ClearanceEvent> united_by_bodies(std::vector<ClearanceEvent> events)
     earlier.end_time = std::max(earlier.end_time, event.end_time);
     if (event.overlap_begin)
       earlier.overlap_begin = std::min(earlier.overlap_begin.value_or(*event.overlap_begin), *event.overlap_begin);
-    if (event.least.distance < earlier.least.distance) earlier.least = event.least;
+    if (event.minimum.distance < earlier.minimum.distance) earlier.minimum = event.minimum;
   }
   return united;
 }
@@ -92,7 +92,7 @@ void ClearanceWatch::begin_phase(std::string name, const Model& model, const Cle
       if (shapes_of(pair) == shapes) require(pair, distance);
     }
   }
-  least_.emplace_back().phase = std::move(name);
+  minima_.emplace_back().phase = std::move(name);
 }
 
 std::pair<int, int> ClearanceWatch::shapes_of(int pair) const {
@@ -136,10 +136,10 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
   fill(time, state, phase_->next);
   follow_parting();
   const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics, phase_->left_out);
-  MinimumClearance& least = least_.back();
-  if (clearance.distance < least.distance) {
-    note_least(clearance.pair, time, {clearance.distance, clearance.point_a, clearance.point_b, clearance.normal},
-               least);
+  MinimumClearance& minimum = minima_.back();
+  if (clearance.distance < minimum.distance) {
+    note_minimum(clearance.pair, time, {clearance.distance, clearance.point_a, clearance.point_b, clearance.normal},
+                 minimum);
   }
   if (phase_->has_sample && time > phase_->last.time) {
     watch_between();
@@ -168,7 +168,7 @@ void ClearanceWatch::end_phase() {
 void ClearanceWatch::forget_phase() {
   if (!phase_) throw std::logic_error("ClearanceWatch: forget_phase outside a phase");
   events_.resize(phase_->events_before);
-  least_.pop_back();
+  minima_.pop_back();
   reached_ = phase_->reached_before;
   phase_.reset();
 }
@@ -201,14 +201,14 @@ void ClearanceWatch::watch_between() {
   const Sample& last = phase_->last;
   const Sample& next = phase_->next;
   const ClearanceModel& clearance = *phase_->clearance;
-  const double way = kSpeedMargin * (next.time - last.time);
-  const double matters = std::max(required_, least_.back().distance);
+  const double scaled_time = kSpeedMargin * (next.time - last.time);
+  const double matters = std::max(required_, minima_.back().distance);
   bool segment_set = false;
   for (int i = 0; i < static_cast<int>(last.bound.size()); ++i) {
     // A distance with rate at most s stays above half of d0 + d1 - s h in between.
-    const double most = way * std::max(last.speed[i], next.speed[i]);
+    const double travel = scaled_time * std::max(last.speed[i], next.speed[i]);
     const bool open = phase_->open_event[i] >= 0;
-    const auto stays_clear = [&](double d0, double d1) { return !open && 0.5 * (d0 + d1 - most) >= matters; };
+    const auto stays_clear = [&](double d0, double d1) { return !open && 0.5 * (d0 + d1 - travel) >= matters; };
     if (stays_clear(last.bound[i], next.bound[i])) continue;
     if (stays_clear(clearance.lower_bound(i, last.kinematics), clearance.lower_bound(i, next.kinematics))) continue;
     const ShapeDistance at_last = clearance.distance(i, last.kinematics);
@@ -221,26 +221,26 @@ void ClearanceWatch::watch_between() {
 }
 
 // Distances of a pair at both samples => its events and minimum in between. If it approaches and then separates, golden
-// section finds the minimum and divides the interval into two monotonic pieces.
+// section finds the minimum and divides the interval into two monotonic parts.
 void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const ShapeDistance& at_next) {
   const Sample& last = phase_->last;
   const Sample& next = phase_->next;
   const ClearancePair& p = phase_->clearance->pairs()[pair];
   if (!(parting_rate(p, at_last, last.kinematics) < 0 && parting_rate(p, at_next, next.kinematics) > 0)) {
-    watch_piece(pair, last.time, at_last, next.time, at_next);
+    watch_interval(pair, last.time, at_last, next.time, at_next);
     return;
   }
   const double nearest = golden_minimum([&](double t) { return distance_at(pair, t).distance; }, last.time, next.time);
   const ShapeDistance at_nearest = distance_at(pair, nearest);
   const bool counts = phase_->required[pair] == required_ || at_nearest.distance < phase_->required[pair];
-  if (counts && at_nearest.distance < least_.back().distance) note_least(pair, nearest, at_nearest, least_.back());
-  watch_piece(pair, last.time, at_last, nearest, at_nearest);
-  watch_piece(pair, nearest, at_nearest, next.time, at_next);
+  if (counts && at_nearest.distance < minima_.back().distance) note_minimum(pair, nearest, at_nearest, minima_.back());
+  watch_interval(pair, last.time, at_last, nearest, at_nearest);
+  watch_interval(pair, nearest, at_nearest, next.time, at_next);
 }
 
 // An interval in which the distance of a pair is monotonic.
-void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end,
-                                 const ShapeDistance& at_end) {
+void ClearanceWatch::watch_interval(int pair, double begin, const ShapeDistance& at_begin, double end,
+                                    const ShapeDistance& at_end) {
   const double required = phase_->required[pair];
   const bool below_begin = at_begin.distance < required, below_end = at_end.distance < required;
   const auto crosses = [&](double level) {
@@ -277,7 +277,7 @@ void ClearanceWatch::note_event(int pair, double time, const ShapeDistance& d) {
   ClearanceEvent& event = events_[open];
   event.end_time = time;
   if (d.distance < 0) note_overlap(pair, time);
-  if (d.distance < event.least.distance) note_least(pair, time, d, event.least);
+  if (d.distance < event.minimum.distance) note_minimum(pair, time, d, event.minimum);
 }
 
 // The pair overlaps at this time, during an event; the first overlap is recorded.
@@ -286,10 +286,10 @@ void ClearanceWatch::note_overlap(int pair, double time) {
   if (!begin) begin = time;
 }
 
-void ClearanceWatch::note_least(int pair, double time, const ShapeDistance& d, MinimumClearance& least) const {
+void ClearanceWatch::note_minimum(int pair, double time, const ShapeDistance& d, MinimumClearance& minimum) const {
   const ClearancePair& p = phase_->clearance->pairs()[pair];
   const auto name = [&](int body) { return phase_->model->bodies()[body].description.name; };
-  least = {d.distance, name(p.body_a), name(p.body_b), d.point_a, d.point_b, time, phase_->name};
+  minimum = {d.distance, name(p.body_a), name(p.body_b), d.point_a, d.point_b, time, phase_->name};
 }
 
 namespace {
@@ -419,11 +419,11 @@ void LimitWatch::watch_positions(Monitor& monitor, const Instant& a, const Insta
   const auto value = [&](double t) { return instant_of(monitor, t, at(t)).position; };
   const Point begin{a.time, a.position}, end{b.time, b.position};
   const bool turns = monitor.sign * a.rate > 0 && monitor.sign * b.rate < 0;
-  if (!turns || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  if (!turns || !may_pass(monitor, a, b)) return watch_interval(monitor, begin, end, value);
   const double time = crossing([&](double t) { return instant_of(monitor, t, at(t)).rate; }, a.time, b.time, a.rate);
   const Point turn{time, value(time)};
-  watch_piece(monitor, begin, turn, value);
-  watch_piece(monitor, turn, end, value);
+  watch_interval(monitor, begin, turn, value);
+  watch_interval(monitor, turn, end, value);
 }
 
 // Part of a step in which the rate has at most one maximum.
@@ -435,13 +435,13 @@ void LimitWatch::watch_rates(Monitor& monitor, std::span<const Instant> instants
   const auto size = [&](std::size_t i) { return monitor.sign * instants[i].rate; };
   const bool rises = part == 0 || size(part) >= size(part - 1);
   const bool falls = part + 2 >= instants.size() || size(part + 1) >= size(part + 2);
-  const double least_gain = 0.25 * std::abs(b.rate - a.rate);
-  const bool near = std::max(size(part), size(part + 1)) + least_gain >= monitor.sign * monitor.threshold;
-  if (!(rises && falls && near) || !may_pass(monitor, a, b)) return watch_piece(monitor, begin, end, value);
+  const double min_gain = 0.25 * std::abs(b.rate - a.rate);
+  const bool near = std::max(size(part), size(part + 1)) + min_gain >= monitor.sign * monitor.threshold;
+  if (!(rises && falls && near) || !may_pass(monitor, a, b)) return watch_interval(monitor, begin, end, value);
   const double time = golden_minimum([&](double t) { return -monitor.sign * value(t); }, a.time, b.time);
   const Point top{time, value(time)};
-  watch_piece(monitor, begin, top, value);
-  watch_piece(monitor, top, end, value);
+  watch_interval(monitor, begin, top, value);
+  watch_interval(monitor, top, end, value);
 }
 
 void LimitWatch::end_phase() {
@@ -470,7 +470,7 @@ void LimitWatch::watch_motion(Monitor& monitor, double time, const State& state)
   const HermiteCubic motion{q0, v0, q1, v1, h};
   const auto rate = [&](double t) { return motion.rate((t - t0) / h); };
   if (!position) {
-    watch_piece(monitor, {t0, v0}, end, rate);
+    watch_interval(monitor, {t0, v0}, end, rate);
     return;
   }
   const auto value = [&](double t) { return motion.value((t - t0) / h); };
@@ -479,16 +479,16 @@ void LimitWatch::watch_motion(Monitor& monitor, double time, const State& state)
   if (monitor.sign * v0 > 0 && monitor.sign * v1 < 0) {
     const double turn_time = crossing(rate, t0, time, v0);
     const Point turn{turn_time, value(turn_time)};
-    watch_piece(monitor, begin, turn, value);
-    watch_piece(monitor, turn, end, value);
+    watch_interval(monitor, begin, turn, value);
+    watch_interval(monitor, turn, end, value);
   } else {
-    watch_piece(monitor, begin, end, value);
+    watch_interval(monitor, begin, end, value);
   }
 }
 
 // An interval in which the value crosses the limit at most once; value(t) -> double.
 template <class Function>
-void LimitWatch::watch_piece(Monitor& monitor, const Point& begin, const Point& end, Function&& value) {
+void LimitWatch::watch_interval(Monitor& monitor, const Point& begin, const Point& end, Function&& value) {
   const bool beyond_begin = monitor.beyond(begin.value), beyond_end = monitor.beyond(end.value);
   if (beyond_begin) note_event(monitor, begin);
   if (beyond_begin != beyond_end) {

@@ -103,7 +103,7 @@ class ClearanceWatch {
   /// `parting`: pairs (indices into ClearanceModel::pairs()) that touched or overlapped by design until this phase or
   /// an earlier one in which they were named: an end-effector and its released target. Until such a pair has reached
   /// the required clearance, only an overlap deeper than the minimum depth since its release creates an event, and the
-  /// pair counts for least() only during such an overlap.
+  /// pair counts for minima() only during such an overlap.
   void begin_phase(std::string name, const Model& model, const ClearanceModel& clearance,
                    std::span<const int> parting = {});
   /// Adds a sample. A sample at the time of the previous one replaces it (a jump of the rates). Returns the clearance
@@ -116,7 +116,7 @@ class ClearanceWatch {
   void forget_phase();
 
   /// One per phase, in order, including the present phase.
-  const std::vector<MinimumClearance>& least() const { return least_; }
+  const std::vector<MinimumClearance>& minima() const { return minima_; }
   /// Events of completed phases, ordered by their begin. Two bodies share one event as long as any of their shapes are
   /// too close.
   std::vector<ClearanceEvent> events() const;
@@ -155,16 +155,16 @@ class ClearanceWatch {
   void watch_first();
   void watch_between();
   void watch_pair(int pair, const ShapeDistance& at_last, const ShapeDistance& at_next);
-  void watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end, const ShapeDistance& at_end);
+  void watch_interval(int pair, double begin, const ShapeDistance& at_begin, double end, const ShapeDistance& at_end);
   void note_event(int pair, double time, const ShapeDistance& d);
   void note_overlap(int pair, double time);
-  void note_least(int pair, double time, const ShapeDistance& d, MinimumClearance& least) const;
+  void note_minimum(int pair, double time, const ShapeDistance& d, MinimumClearance& minimum) const;
 
   double required_;
   std::optional<Phase> phase_;
   // Of parting pairs, by their shapes: the maximum distance since their release.
   std::map<std::pair<int, int>, double> reached_;
-  std::vector<MinimumClearance> least_;
+  std::vector<MinimumClearance> minima_;
   std::vector<ClearanceEvent> events_;
 };
 
@@ -244,7 +244,7 @@ class LimitWatch {
   void watch_positions(Monitor& monitor, const Instant& a, const Instant& b, const StateAt& at);
   void watch_rates(Monitor& monitor, std::span<const Instant> instants, std::size_t part, const StateAt& at);
   template <class Function>
-  void watch_piece(Monitor& monitor, const Point& begin, const Point& end, Function&& value);
+  void watch_interval(Monitor& monitor, const Point& begin, const Point& end, Function&& value);
   void watch_sample(Monitor& monitor, const Point& point);
   void note_event(Monitor& monitor, const Point& point);
 

@@ -289,7 +289,7 @@ int LoopSolver::rows() const { return implementation_->row_total; }
 std::span<const double> LoopSolver::multipliers() const { return implementation_->rows; }
 int LoopSolver::rank() const { return implementation_->factor.rank(); }
 double LoopSolver::contradiction() const { return implementation_->contradiction; }
-double LoopSolver::least_pivot() const { return implementation_->factor.least_pivot(); }
+double LoopSolver::min_pivot() const { return implementation_->factor.min_pivot(); }
 
 // Last solution => name of the row with the largest contradiction: closure, kind of motion and axis.
 std::string LoopSolver::contradicting_row() const {
@@ -329,8 +329,8 @@ LoopSolver::JointEfforts LoopSolver::self_stress_efforts(const Workspace& worksp
   out.effort = out.terms = Eigen::MatrixXd::Zero(s.model.velocities(), basis.cols());
   for (Eigen::Index column = 0; column < basis.cols(); ++column) {
     double moment = 0, thrust = 0;  // maxima over the joints
-    const auto climb = [&](const std::vector<int>& way, Wrenchd F) {
-      for (const int n : way) {
+    const auto climb = [&](const std::vector<int>& links, Wrenchd F) {
+      for (const int n : links) {
         const TreeLink<double>& link = tree.links[n];
         const LinkScratch<double>& w = workspace.kernel.links[n];
         recursion::visit_joint(link, [&](auto joint) {
@@ -438,7 +438,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   // Positions: Newton's method, with the same factor while defects are small.                                   (8.9)
   s.place_rows(s.u);
   double defect = s.scaled_size(s.u);
-  for (int i = 0; i < kMostIterations && defect > 0; ++i) {
+  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
     if (i > 0 && defect > kRefactorBeyond) s.refresh(q, v, prescribed, workspace);
     s.solve(1);
     s.respond(q, prescribed, workspace);
@@ -460,7 +460,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   // Velocities: the plastic impact that closes the loops.                                                      (8.10)
   const double size = s.velocity_rows(links, s.u);
   defect = s.scaled_size(s.u);
-  for (int i = 0; i < kMostIterations && defect > 0; ++i) {
+  for (int i = 0; i < kMaxIterations && defect > 0; ++i) {
     s.solve(1);
     std::copy(v.begin(), v.end(), s.last_v.begin());
     s.respond(q, prescribed, workspace);

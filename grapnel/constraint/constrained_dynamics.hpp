@@ -59,7 +59,7 @@ class LoopSolver {
   /// contradict each other or the prescribed joints.
   double contradiction() const;
   /// Of the last solution: the smallest accepted pivot, scaled such that a free body b alone has 1; 0 without rows.
-  double least_pivot() const;
+  double min_pivot() const;
   /// Name of the row of the last solution with the largest contradiction: closure and direction.
   std::string contradicting_row() const;
 

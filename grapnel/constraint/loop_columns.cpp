@@ -159,26 +159,26 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
       steps_.push_back({link, slot});
       slot += slots_of(link);
     };
-    Way way{};
-    way.first_step = static_cast<int>(steps_.size()), way.first_slot = slot;
-    way.first_row = path.first_row, way.rows = path.rows;
+    LinkSequence sequence{};
+    sequence.first_step = static_cast<int>(steps_.size()), sequence.first_slot = slot;
+    sequence.first_row = path.first_row, sequence.rows = path.rows;
     for (int r = 0; r < path.angular_count; ++r) {
-      for (int k = 0; k < 3; ++k) way.unit[k].r[r] = path.angular_rows[r][k];
+      for (int k = 0; k < 3; ++k) sequence.unit[k].r[r] = path.angular_rows[r][k];
     }
-    for (int k = 0; k < 3; ++k) way.unit[3 + k].r[path.angular_count + k] = 1;
+    for (int k = 0; k < 3; ++k) sequence.unit[3 + k].r[path.angular_count + k] = 1;
     for (int link : path.from_a) add(link);
-    way.end_a = static_cast<int>(steps_.size());
+    sequence.end_a = static_cast<int>(steps_.size());
     for (int link : path.from_b) add(link);
-    way.end_b = static_cast<int>(steps_.size());
+    sequence.end_b = static_cast<int>(steps_.size());
     for (int link : path.trunk) {
       if (tree.links[link].parent >= 0) add(link);
     }
-    way.first_root = static_cast<int>(steps_.size());
+    sequence.first_root = static_cast<int>(steps_.size());
     add(path.root_a);
     if (!path.one_tree()) add(path.root_b);
-    way.end = static_cast<int>(steps_.size());
-    way.end_slot = slot;
-    ways_.push_back(way);
+    sequence.end = static_cast<int>(steps_.size());
+    sequence.end_slot = slot;
+    sequences_.push_back(sequence);
     for (int root : {path.root_a, path.root_b}) {
       if (tree.links[root].joint != JointType::free || root_factor_of_[root] >= 0) continue;
       root_factor_of_[root] = static_cast<int>(roots_.size());
@@ -190,11 +190,11 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
   std::size_t modes = 0;
   for (const ModalChain& chain : tree.chains) modes = std::max(modes, static_cast<std::size_t>(chain.modes));
   shares_.resize(modes), shares_of_b_.resize(modes);
-  for (std::size_t k = 0; k < ways_.size(); ++k) {
+  for (std::size_t k = 0; k < sequences_.size(); ++k) {
     for (std::size_t l = 0; l < k; ++l) {
       Pair pair{static_cast<int>(k), static_cast<int>(l), {}};
-      for (int s = ways_[k].first_step; s < ways_[k].end; ++s) {
-        for (int t = ways_[l].first_step; t < ways_[l].end; ++t) {
+      for (int s = sequences_[k].first_step; s < sequences_[k].end; ++s) {
+        for (int t = sequences_[l].first_step; t < sequences_[l].end; ++t) {
           if (steps_[s].link != steps_[t].link) continue;
           for (int i = 0; i < slots_of(steps_[s].link); ++i) {
             pair.slots.push_back({steps_[s].slot + i, steps_[t].slot + i});
@@ -249,7 +249,7 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
     if (!is_prescribed(in.prescribed, root)) factor_root(root, links[root], in);
   }
   for (std::size_t k = 0; k < paths.size(); ++k) {
-    const Way& way = ways_[k];
+    const LinkSequence& sequence = sequences_[k];
     Pack sum{}, squares{};
     const auto climb = [&](Bundle& b, int first, int end, std::span<ClosureRow> shares) {
       for (int s = first; s < end; ++s) {
@@ -276,23 +276,23 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
         shift_to(b, w.p_PL);
       }
     };
-    Bundle b = unit_wrenches(way.unit, paths[k].X_aC, 1);
-    climb(b, way.first_step, way.end_a, shares_);
-    Bundle other = unit_wrenches(way.unit, places[k].X_bC, -1);
-    climb(other, way.end_a, way.end_b, shares_of_b_);
-    if (way.end - way.first_root == 1) {
+    Bundle b = unit_wrenches(sequence.unit, paths[k].X_aC, 1);
+    climb(b, sequence.first_step, sequence.end_a, shares_);
+    Bundle other = unit_wrenches(sequence.unit, places[k].X_bC, -1);
+    climb(other, sequence.end_a, sequence.end_b, shares_of_b_);
+    if (sequence.end - sequence.first_root == 1) {
       for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
       // If the common ancestor is a link of a chain, the sums over its modes are combined.
       for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i].r += shares_of_b_[i].r, shares_of_b_[i].r = Pack{};
-      climb(b, way.end_b, way.first_root, shares_);
+      climb(b, sequence.end_b, sequence.first_root, shares_);
     } else {
       Pack at_root_b;
-      arrive(steps_[way.first_root + 1], other.f, in, at_root_b);
+      arrive(steps_[sequence.first_root + 1], other.f, in, at_root_b);
       sum += at_root_b;
       squares += at_root_b * at_root_b;
     }
     Pack at_root;
-    arrive(steps_[way.first_root], b.f, in, at_root);
+    arrive(steps_[sequence.first_root], b.f, in, at_root);
     sum += at_root;
     squares += at_root * at_root;
     sums_[k].acceleration.r = sum;
@@ -329,24 +329,24 @@ void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInp
 
 // Columns Y => W = Y^T Y (8.7), rows x rows; only common links of two closures contribute.
 void LoopColumns::contact_inertia(std::span<double> W) const {
-  const int size = ways_.empty() ? 0 : ways_.back().first_row + ways_.back().rows;
-  if (ways_.size() > 1) std::fill(W.begin(), W.end(), 0.0);
-  const auto put = [&](const Way& k, const Way& l, const Pack(&block)[6]) {
+  const int size = sequences_.empty() ? 0 : sequences_.back().first_row + sequences_.back().rows;
+  if (sequences_.size() > 1) std::fill(W.begin(), W.end(), 0.0);
+  const auto put = [&](const LinkSequence& k, const LinkSequence& l, const Pack(&block)[6]) {
     for (int r = 0; r < k.rows; ++r) {
       for (int c = 0; c < l.rows; ++c) {
         W[static_cast<std::size_t>((k.first_row + r) * size + l.first_row + c)] = block[r][c];
       }
     }
   };
-  for (const Way& way : ways_) {
+  for (const LinkSequence& sequence : sequences_) {
     Pack block[6] = {};
-    for (int s = way.first_slot; s < way.end_slot; ++s) add_product(y_[s], y_[s], block);
-    put(way, way, block);
+    for (int s = sequence.first_slot; s < sequence.end_slot; ++s) add_product(y_[s], y_[s], block);
+    put(sequence, sequence, block);
   }
   for (const Pair& pair : pairs_) {
     Pack block[6] = {};
     for (const auto& [s, t] : pair.slots) add_product(y_[s], y_[t], block);
-    const Way &k = ways_[pair.closure_k], &l = ways_[pair.closure_l];
+    const LinkSequence &k = sequences_[pair.closure_k], &l = sequences_[pair.closure_l];
     put(k, l, block);
     for (int r = 0; r < k.rows; ++r) {
       for (int c = 0; c < l.rows; ++c) {
@@ -361,10 +361,10 @@ void LoopColumns::contact_inertia(std::span<double> W) const {
 void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
                          DynamicsWorkspace<double>& workspace) const {
   const std::span<LinkScratch<double>> links = workspace.links;
-  for (const Way& way : ways_) {
+  for (const LinkSequence& sequence : sequences_) {
     double x[8] = {};
-    std::copy_n(rows.begin() + way.first_row, way.rows, x);
-    for (int s = way.first_step; s < way.end; ++s) {
+    std::copy_n(rows.begin() + sequence.first_row, sequence.rows, x);
+    for (int s = sequence.first_step; s < sequence.end; ++s) {
       const auto [n, slot] = steps_[s];
       const TreeLink<double>& link = tree_.links[n];
       LinkScratch<double>& w = links[n];
@@ -399,10 +399,10 @@ void LoopColumns::release(DynamicsWorkspace<double>& workspace) const {
 
 namespace {
 
-std::vector<int> way_to_root(const Tree<double>& tree, int link) {
-  std::vector<int> way;
-  for (int l = link; l >= 0; l = tree.links[l].parent) way.push_back(l);
-  return way;
+std::vector<int> links_to_root(const Tree<double>& tree, int link) {
+  std::vector<int> links;
+  for (int l = link; l >= 0; l = tree.links[l].parent) links.push_back(l);
+  return links;
 }
 
 // From X_KP to X_KL: one step outward from a parent P. Rotating columns is cheaper than a matrix product.
@@ -460,8 +460,8 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   path.link_a = a.placement.link, path.link_b = b.placement.link;
   path.X_aC = a.placement.X_LB * closure.X_AC;
   path.X_bD = b.placement.X_LB * closure.X_BD;
-  path.from_a = way_to_root(tree, path.link_a);
-  path.from_b = way_to_root(tree, path.link_b);
+  path.from_a = links_to_root(tree, path.link_a);
+  path.from_b = links_to_root(tree, path.link_b);
   path.root_a = path.from_a.back(), path.root_b = path.from_b.back();
   if (!path.one_tree()) path.from_a.pop_back(), path.from_b.pop_back();
   while (!path.from_a.empty() && !path.from_b.empty() && path.from_a.back() == path.from_b.back()) {

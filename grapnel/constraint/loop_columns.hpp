@@ -126,7 +126,7 @@ class LoopColumns {
     int link, slot;
   };
   // Chain of one closure, in order.
-  struct Way {
+  struct LinkSequence {
     // Ranges in steps_: from a, from b, from their common ancestor, then the root; between two trees the roots of a and
     // b.
     int first_step, end_a, end_b, first_root, end;
@@ -159,7 +159,7 @@ class LoopColumns {
 
   const Tree<double>& tree_;
   std::vector<Step> steps_;
-  std::vector<Way> ways_;
+  std::vector<LinkSequence> sequences_;
   std::vector<Pair> pairs_;                       // closures with common links
   std::vector<ClosureRow> y_;                     // zero if prescribed
   std::vector<ClosureRow> raw_;                   // S^T F at prescribed and spherical joints, F at roots

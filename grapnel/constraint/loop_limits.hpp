@@ -19,7 +19,7 @@ inline constexpr double kSmallest = 1e-300;
 /// A projection refactors in each iteration while defects exceed this value.
 inline constexpr double kRefactorBeyond = 1e-8;
 /// Iteration limit of a projection.
-inline constexpr int kMostIterations = 20;
+inline constexpr int kMaxIterations = 20;
 /// A projection fails if a larger defect remains [m, rad].
 inline constexpr double kClosed = 1e-12;
 /// Smaller defects of a step are not corrected: they are rounding errors of alternating sign, and correcting each would

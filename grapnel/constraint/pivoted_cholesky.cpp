@@ -20,7 +20,7 @@ PivotedCholesky::PivotedCholesky(int size)
 void PivotedCholesky::factor(double tolerance) {
   std::iota(order_.begin(), order_.end(), 0);
   rank_ = 0;
-  least_pivot_ = 0;
+  min_pivot_ = 0;
   double largest = 1;
   for (int i = 0; i < size_; ++i) {
     diagonal_[i] = matrix_[static_cast<std::size_t>(i * size_ + i)];
@@ -44,7 +44,7 @@ void PivotedCholesky::factor(double tolerance) {
       lower(i, step) = sum * inverse;
       diagonal_[i] -= sum * lower(i, step);
     }
-    least_pivot_ = pivot;
+    min_pivot_ = pivot;
     ++rank_;
   }
 }

@@ -23,7 +23,7 @@ class PivotedCholesky {
 
   int rank() const { return rank_; }
   /// The smallest accepted pivot; 0 with rank 0.
-  double least_pivot() const { return least_pivot_; }
+  double min_pivot() const { return min_pivot_; }
   /// Indices of rows, accepted ones first.
   std::span<const int> order() const { return order_; }
 
@@ -41,7 +41,7 @@ class PivotedCholesky {
 
   int size_;
   int rank_ = 0;
-  double least_pivot_ = 0;
+  double min_pivot_ = 0;
   std::vector<double> matrix_, factor_, diagonal_, forward_, pivot_row_, inverse_;
   std::vector<int> order_;
 };

@@ -50,14 +50,14 @@ BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& 
   Eigen::VectorXd along = svd.matrixU().transpose() * missing;
   const Eigen::Index rank = std::min<Eigen::Index>(law.rank, s.size());
   for (Eigen::Index i = 0; i < s.size(); ++i) along[i] = i < rank && s[i] > 0 ? along[i] / s[i] : 0;
-  const Eigen::VectorXd keeping = svd.matrixV() * along;
+  const Eigen::VectorXd holding = svd.matrixV() * along;
   const Eigen::MatrixXd turning = svd.matrixV().leftCols(rank);
   const Eigen::VectorXd reactionless = towards - turning * (turning.transpose() * towards);
 
   BaseKeepingCommand command;
   for (Eigen::Index i = 0; i < s.size(); ++i) command.singular_values[static_cast<int>(i)] = s[i];
   command.condition = law.rank >= 1 && rank == law.rank && s[0] > 0 ? s[rank - 1] / s[0] : 0;
-  const Eigen::VectorXd fixed = cholesky_solution(joints, Eigen::VectorXd(keeping - free_joints));
+  const Eigen::VectorXd fixed = cholesky_solution(joints, Eigen::VectorXd(holding - free_joints));
   const Eigen::VectorXd varied = cholesky_solution(joints, reactionless);
   const std::optional<double> share = largest_share(fixed, varied, response.limits(), 1);
   command.within_limits = share.has_value();

@@ -13,7 +13,7 @@ namespace {
 constexpr double kWeak = 5e-3;
 // Share of every limit for the target's motion if joints have further freedom; damping uses the rest.
 constexpr double kForTarget = 0.9;
-constexpr double kLeastLimit = 1e-9;  // replaces a limit of 0 [N m or N]
+constexpr double kMinLimit = 1e-9;  // replaces a limit of 0 [N m or N]
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -81,7 +81,7 @@ class Loads {
   }
 
  private:
-  void add(double limit, int source) { limits_.push_back(std::max(limit, kLeastLimit)), sources_.push_back(source); }
+  void add(double limit, int source) { limits_.push_back(std::max(limit, kMinLimit)), sources_.push_back(source); }
 
   // Wrenches on the target in W, at the grasps.
   std::vector<Wrenchd> wrenches(const Eigen::VectorXd& effort, bool with_free) const {
@@ -213,8 +213,8 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   const Symmetric3d& I = body.inertia;
   const Eigen::Matrix3d inertia{{I.xx, I.xy, I.xz}, {I.xy, I.yy, I.yz}, {I.xz, I.yz, I.zz}};
   const Vector3d turning = spatial(inertia.llt().solve(eigen_of(target.gyroscopic)));
-  const Vector6d kept = stacked(-turning, model.has_free_root(law.target()) ? gravity : Vector3d::zero());
-  const Eigen::VectorXd fixed = map.efforts(kept - target.free);
+  const Vector6d undamped = stacked(-turning, model.has_free_root(law.target()) ? gravity : Vector3d::zero());
+  const Eigen::VectorXd fixed = map.efforts(undamped - target.free);
   const Eigen::VectorXd slope = map.efforts(-stacked(body.motion.angular, motion.velocity));
   const Eigen::VectorXd still = damping_efforts(law, state, response, map, root);
 

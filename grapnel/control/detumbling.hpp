@@ -68,7 +68,7 @@ class Detumbling : public JointLaw {
       : JointLaw(model, std::move(scope)), law_(std::move(law)) {}
   const DetumblingLaw& law() const { return law_; }
   JointLawCommand at(double time, const State& state, std::span<const double> force) override;
-  bool goes_on() const override { return true; }
+  bool continues_at_reduced_rank() const override { return true; }
 
  private:
   DetumblingLaw law_;

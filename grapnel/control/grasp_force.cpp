@@ -110,8 +110,8 @@ GraspMap grasp_map(const GraspForceLaw& law, const Model& model, const Kinematic
   map.pairs.resize(passed.cols(), static_cast<Eigen::Index>(law.pairs.size()));
   for (std::size_t p = 0; p < law.pairs.size(); ++p) {
     const auto a = static_cast<Eigen::Index>(law.pairs[p].a), b = static_cast<Eigen::Index>(law.pairs[p].b);
-    const Vector3d way = X_WT * law.holds[law.pairs[p].b].X_TC.p - X_WT * law.holds[law.pairs[p].a].X_TC.p;
-    const Vector3d u = (1 / norm(way)) * way;
+    const Vector3d offset = X_WT * law.holds[law.pairs[p].b].X_TC.p - X_WT * law.holds[law.pairs[p].a].X_TC.p;
+    const Vector3d u = (1 / norm(offset)) * offset;
     Eigen::VectorXd f = Eigen::VectorXd::Zero(6 * count);
     f.segment<3>(6 * a + 3) = Eigen::Vector3d(u[0], u[1], u[2]);
     f.segment<3>(6 * b + 3) = -Eigen::Vector3d(u[0], u[1], u[2]);

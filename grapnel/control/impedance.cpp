@@ -71,9 +71,9 @@ BodyAcceleration turning(const Vector3d& phi, const Vector3d& rate, const Vector
 }
 
 // Length of the chain from the base to an end-effector.
-double reach_of(const Model& model, const ImpedanceHand& hand) {
-  double length = norm(hand.X_BE.p);
-  for (int body = hand.body; body >= 0 && model.bodies()[body].parent >= 0; body = model.bodies()[body].parent)
+double reach_of(const Model& model, const ImpedanceEndEffector& end_effector) {
+  double length = norm(end_effector.X_BE.p);
+  for (int body = end_effector.body; body >= 0 && model.bodies()[body].parent >= 0; body = model.bodies()[body].parent)
     length += norm(model.bodies()[body].description.X_PF.p);
   return length;
 }
@@ -82,15 +82,15 @@ double reach_of(const Model& model, const ImpedanceHand& hand) {
 
 // Reference, kinematics, accelerations => pose, twist and acceleration of D in W: uniform translation, or the body's
 // motion composed with the path on it.
-EndEffectorState hand_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
-                             std::span<const BodyAcceleration> accelerations, double time) {
+EndEffectorState end_effector_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
+                                     std::span<const BodyAcceleration> accelerations, double time) {
   EndEffectorState motion;
   if (reference.body < 0) {
     motion.X_WD = {reference.X_D.R, reference.X_D.p + (time - reference.begin) * reference.velocity};
     motion.V.linear = reference.velocity;
     return motion;
   }
-  const JointPoint s = evaluate(reference.way, time);
+  const JointPoint s = evaluate(reference.remaining_fraction, time);
   const Posed& X_WB = kinematics.X_WB[reference.body];
   const Twistd& V = kinematics.V_WB[reference.body];
   const BodyAcceleration& A = accelerations[reference.body];
@@ -140,7 +140,8 @@ Impedance::Impedance(const Model& model, ImpedanceLaw law, LawScope scope)
       rows_(controlled_rows(law_.motion)),
       length_(0),
       kinematics_(model) {
-  for (const ImpedanceHand& hand : law_.hands) length_ = std::max(length_, reach_of(model, hand));
+  for (const ImpedanceEndEffector& end_effector : law_.end_effectors)
+    length_ = std::max(length_, reach_of(model, end_effector));
 }
 
 void Impedance::sense(std::span<const ExternalWrench> wrenches) {
@@ -162,21 +163,21 @@ Impedance::Rows Impedance::rows_of(double time) {
   const Model& model = response_.model();
   const Kinematics& k = response_.kinematics();
   const auto m = static_cast<Eigen::Index>(rows_.size()), n = static_cast<Eigen::Index>(joints().size());
-  const auto count = static_cast<Eigen::Index>(law_.hands.size());
+  const auto count = static_cast<Eigen::Index>(law_.end_effectors.size());
   Rows rows{Eigen::MatrixXd(m * count, n), Eigen::VectorXd(m * count), Eigen::VectorXd(m * count),
             Eigen::VectorXd(m * count)};
   const std::vector<double> vdot(response_.free().data(), response_.free().data() + response_.free().size());
   const std::vector<BodyAcceleration> free = body_accelerations(model, k, vdot);
   Eigen::MatrixXd J(6, model.velocities());
   for (Eigen::Index h = 0; h < count; ++h) {
-    const ImpedanceHand& hand = law_.hands[static_cast<std::size_t>(h)];
-    const Posed X_WE = k.X_WB[hand.body] * hand.X_BE;
-    const Vector3d arm = X_WE.p - k.X_WB[hand.body].p, w = k.V_WB[hand.body].angular;
-    const Twistd V = shift(k.V_WB[hand.body], arm);
-    const EndEffectorState D = hand_motion(hand.reference, k, free, time);
+    const ImpedanceEndEffector& end_effector = law_.end_effectors[static_cast<std::size_t>(h)];
+    const Posed X_WE = k.X_WB[end_effector.body] * end_effector.X_BE;
+    const Vector3d arm = X_WE.p - k.X_WB[end_effector.body].p, w = k.V_WB[end_effector.body].angular;
+    const Twistd V = shift(k.V_WB[end_effector.body], arm);
+    const EndEffectorState D = end_effector_motion(end_effector.reference, k, free, time);
     Wrenchd F = Wrenchd::zero();  // contact wrench at the end-effector
     for (const ExternalWrench& e : sensed_) {
-      if (e.body != hand.body) continue;
+      if (e.body != end_effector.body) continue;
       F.angular += e.F_W.angular + cross(e.p_WP - X_WE.p, e.F_W.linear), F.linear += e.F_W.linear;
     }
     // M (a - a_D) + D (v - v_D) + K e = F, in the axes of D (21.1).
@@ -189,14 +190,14 @@ Impedance::Rows Impedance::rows_of(double time) {
     const auto by_mass = [&](const Vector3d& f) { return R * divided(transposed_times(R, f), law_.mass); };
     const Vector3d f = pull + F.linear;
     Vector3d linear = by_mass(f);
-    if (hand.normal) {  // across the normal the apparent mass, along it the matched mass
-      const Vector3d n_W = *hand.normal;
+    if (end_effector.normal) {  // across the normal the apparent mass, along it the matched mass
+      const Vector3d n_W = *end_effector.normal;
       const Vector3d across = by_mass(f - dot(n_W, f) * n_W);
-      linear = across - dot(n_W, across) * n_W + (dot(n_W, f) / hand.matched_mass) * n_W;
+      linear = across - dot(n_W, across) * n_W + (dot(n_W, f) / end_effector.matched_mass) * n_W;
     }
     const Vector3d angular = R * divided(transposed_times(R, twist + F.angular), law_.inertia);
-    point_jacobian(model, k, hand.body, X_WE.p, J);
-    const BodyAcceleration& now = free[hand.body];
+    point_jacobian(model, k, end_effector.body, X_WE.p, J);
+    const BodyAcceleration& now = free[end_effector.body];
     const Vector6 a = stacked6(now.angular, now.linear + cross(now.angular, arm) + cross(w, cross(w, arm)));
     const Vector6 wanted = stacked6(D.A.angular + angular, D.A.linear + linear);
     const Vector6 force = stacked6(twist, pull);
@@ -243,12 +244,12 @@ class Inverse {
 
 Eigen::VectorXd Impedance::efforts(double time, const State& state) {
   Eigen::MatrixXd J_t;
-  return say(time, state, {}, J_t).effort;
+  return compute_command(time, state, {}, J_t).effort;
 }
 
 JointLawCommand Impedance::at(double time, const State& state, std::span<const double> force) {
   Eigen::MatrixXd J_t;
-  JointLawCommand command = say(time, state, force, J_t);
+  JointLawCommand command = compute_command(time, state, force, J_t);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
   const Eigen::VectorXd& s = svd.singularValues();
   const Eigen::Index n = J_t.rows(), m = J_t.cols();
@@ -258,7 +259,8 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
 
 // State and time => efforts (21.2) or (21.6), clipped at the limits, plus null-space damping (21.5) within the
 // remaining limits. `J_t`: the weighted transpose of J* (21.3).
-JointLawCommand Impedance::say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t) {
+JointLawCommand Impedance::compute_command(double time, const State& state, std::span<const double> force,
+                                           Eigen::MatrixXd& J_t) {
   response_.update(state, force, gravity_, sensed_);
   const Rows rows = rows_of(time);
   const auto n = static_cast<Eigen::Index>(joints().size()), m = rows.A.rows();
@@ -303,12 +305,13 @@ JointLawCommand Impedance::say(double time, const State& state, std::span<const 
 
 // End-effector, time and state => distance [m] and angle [rad] from its reference, in the controlled directions of W
 // only.
-Impedance::Deviation Impedance::deviation(std::size_t hand, double time, const State& state) {
+Impedance::Deviation Impedance::deviation(std::size_t index, double time, const State& state) {
   const Model& model = response_.model();
   forward_kinematics(model, state, kinematics_);
-  const ImpedanceHand& h = law_.hands[hand];
+  const ImpedanceEndEffector& h = law_.end_effectors[index];
   const std::vector<BodyAcceleration> none(model.bodies().size(), {Vector3d::zero(), Vector3d::zero()});
-  const Posed X_WD = hand_motion(h.reference, kinematics_, none, time).X_WD, X_WE = kinematics_.X_WB[h.body] * h.X_BE;
+  const Posed X_WD = end_effector_motion(h.reference, kinematics_, none, time).X_WD,
+              X_WE = kinematics_.X_WB[h.body] * h.X_BE;
   Vector3d apart = X_WE.p - X_WD.p, turn = X_WD.R * rotation_vector(transpose(X_WD.R) * X_WE.R);
   for (int k = 0; k < 3; ++k) {
     if (std::find(rows_.begin(), rows_.end(), k) == rows_.end()) turn[k] = 0;
@@ -319,7 +322,7 @@ Impedance::Deviation Impedance::deviation(std::size_t hand, double time, const S
 
 Impedance::Deviation Impedance::deviation(double time, const State& state) {
   Deviation largest;
-  for (std::size_t h = 0; h < law_.hands.size(); ++h) {
+  for (std::size_t h = 0; h < law_.end_effectors.size(); ++h) {
     const Deviation d = deviation(h, time, state);
     largest.distance = std::max(largest.distance, d.distance), largest.angle = std::max(largest.angle, d.angle);
   }

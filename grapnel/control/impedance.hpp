@@ -21,10 +21,11 @@ struct EndEffectorReference {
   Posed X_D = Posed::identity();         // in W at the time `begin`; on a body: final pose in its frame
   double begin = 0;                      // [s]
   Vector3d velocity = Vector3d::zero();  // in W [m/s]
-  /// On a body: offset from the final pose, in the body's frame, where `way` is 1; `way` decreases to 0.
+  /// On a body: offset from the final pose, in the body's frame, where `remaining_fraction` is 1; `remaining_fraction`
+  /// decreases to 0.
   Vector3d offset = Vector3d::zero();  // [m]
   Vector3d turn = Vector3d::zero();    // rotation vector in the axes of X_D [rad]
-  JointTrajectory way = JointTrajectory::at_rest(0);
+  JointTrajectory remaining_fraction = JointTrajectory::at_rest(0);
   /// On a body: velocity of D relative to it at `begin`, in its frame [m/s], and rate of its rotation vector then, in
   /// the axes of X_D [rad/s]. Both vanish at the end of the path.
   Vector3d departure = Vector3d::zero();
@@ -41,14 +42,14 @@ struct EndEffectorState {
   BodyAcceleration A = {Vector3d::zero(), Vector3d::zero()};
 };
 /// `accelerations`: of all bodies; that of a body that carries D must not depend on the efforts.
-EndEffectorState hand_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
-                             std::span<const BodyAcceleration> accelerations, double time);
+EndEffectorState end_effector_motion(const EndEffectorReference& reference, const Kinematics& kinematics,
+                                     std::span<const BodyAcceleration> accelerations, double time);
 
 /// The rate of the rotation vector `phi` that corresponds to this angular velocity.
 Vector3d rotation_vector_rate(const Vector3d& phi, const Vector3d& angular_velocity);
 
 /// One end-effector.
-struct ImpedanceHand {
+struct ImpedanceEndEffector {
   int body = -1;
   Posed X_BE = Posed::identity();  // the end-effector's frame on it
   EndEffectorReference reference;
@@ -66,7 +67,7 @@ struct ImpedanceLaw {
   Vector3d mass{1, 1, 1}, damping = Vector3d::zero(), stiffness = Vector3d::zero();
   Vector3d inertia{1, 1, 1}, angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();
   double null_rate = 1;  // [1/s]
-  std::vector<ImpedanceHand> hands;
+  std::vector<ImpedanceEndEffector> end_effectors;
 };
 
 /// Indices of the controlled components of a twist [angular; linear] in W.
@@ -87,7 +88,7 @@ class Impedance : public JointLaw {
   struct Deviation {
     double distance = 0, angle = 0;
   };
-  Deviation deviation(std::size_t hand, double time, const State& state);
+  Deviation deviation(std::size_t index, double time, const State& state);
   /// The largest error over the end-effectors.
   Deviation deviation(double time, const State& state);
 
@@ -96,7 +97,7 @@ class Impedance : public JointLaw {
   Rows rows_of(double time);
   /// Computes all of the command except the condition. `J_t`: transposed generalized Jacobian of the controlled
   /// directions, weighted.
-  JointLawCommand say(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t);
+  JointLawCommand compute_command(double time, const State& state, std::span<const double> force, Eigen::MatrixXd& J_t);
 
   ImpedanceLaw law_;
   std::vector<int> rows_;

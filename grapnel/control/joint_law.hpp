@@ -48,7 +48,7 @@ class JointLaw {
   /// `force`: generalized forces in addition to the law's efforts (per velocity; empty: none).
   virtual JointLawCommand at(double time, const State& state, std::span<const double> force) = 0;
   /// Whether the law continues with a reduced rank if the condition falls, so that only its completion ends it.
-  virtual bool goes_on() const { return false; }
+  virtual bool continues_at_reduced_rank() const { return false; }
   /// The efforts alone, without further forces.
   virtual Eigen::VectorXd efforts(double time, const State& state) { return at(time, state, {}).effort; }
   /// Sets the contact and grasp wrenches that act from now on, for laws that measure them.

@@ -9,7 +9,7 @@ namespace grapnel {
 namespace {
 
 constexpr double kGrows = 1e-9;  // tolerance of a growth factor for rounding error
-constexpr int kMostPeriodsOfDelay = 8;
+constexpr int kMaxPeriodsOfDelay = 8;
 
 // The columns of B = L L^T, without immovable directions, as of closed loops. With x = L y the loop is y'' = -L^T (K_p
 // x + K_d x').
@@ -29,7 +29,7 @@ Eigen::MatrixXd transition(const SampledLoop& loop) {
   const Eigen::Index n = L.cols();
   if (n == 0) return {};
   const double T = loop.timing.period;
-  const double periods = std::min(loop.timing.delay / T, static_cast<double>(kMostPeriodsOfDelay));
+  const double periods = std::min(loop.timing.delay / T, static_cast<double>(kMaxPeriodsOfDelay));
   const int whole = static_cast<int>(periods * (1 + 1e-12));
   const double late = std::max(0.0, (periods - whole) * T), rest = T - late;
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);

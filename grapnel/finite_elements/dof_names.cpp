@@ -67,8 +67,8 @@ std::optional<std::vector<ElementDof>> read_dof_names(const std::filesystem::pat
       return std::nullopt;
     }
     dofs.push_back(*dof);
-    if (dofs.size() <= static_cast<std::size_t>(kMostRows)) continue;
-    faults.add(lines.mark(content), fmt::format("a matrix has at most {} rows", kMostRows));
+    if (dofs.size() <= static_cast<std::size_t>(kMaxRows)) continue;
+    faults.add(lines.mark(content), fmt::format("a matrix has at most {} rows", kMaxRows));
     return std::nullopt;
   }
   if (!dofs.empty()) return dofs;

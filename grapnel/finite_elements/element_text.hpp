@@ -18,7 +18,7 @@
 namespace grapnel::element_text {
 
 inline constexpr std::size_t kLargestMatrixFile = std::size_t{1} << 30;  // [bytes]
-inline constexpr long long kMostRows = 2'000'000;
+inline constexpr long long kMaxRows = 2'000'000;
 
 /// A finite number in C or Fortran notation: 1.5e3, 1.5D+03, 1.5+3.
 std::optional<double> number_of(std::string_view text);

@@ -13,7 +13,7 @@ namespace grapnel::element_text {
 namespace {
 
 // Finite-element matrices are sparse; those written in full are small.
-constexpr long long kMostFullRows = 20'000;
+constexpr long long kMaxFullRows = 20'000;
 
 // A size in the head of a file.
 std::optional<int> size_of(std::string_view word, long long most, const Lines& lines, FaultList& faults) {
@@ -66,7 +66,7 @@ std::optional<ElementMatrix> read_matrix_market(const std::string& path, std::st
     return std::nullopt;
   }
   const auto sizes = words_of(*line, " \t");
-  const auto size = size_of(sizes[0], is_list ? kMostRows : kMostFullRows, lines, faults);
+  const auto size = size_of(sizes[0], is_list ? kMaxRows : kMaxFullRows, lines, faults);
   if (!size) return std::nullopt;
   if (integer_of(sizes[1]) != *size) {
     faults.add(lines.mark(sizes[1]),
@@ -141,8 +141,8 @@ std::optional<AbaqusEntry> abaqus_entry(const std::vector<std::string_view>& wor
   if (is_labelled) {
     if (!dof_at(0, entry.row) || !dof_at(2, entry.column)) return std::nullopt;
   } else {
-    const auto row = index_of(words[0], kMostRows, lines, faults);
-    const auto column = row ? index_of(words[1], kMostRows, lines, faults) : std::nullopt;
+    const auto row = index_of(words[0], kMaxRows, lines, faults);
+    const auto column = row ? index_of(words[1], kMaxRows, lines, faults) : std::nullopt;
     if (!column) return std::nullopt;
     entry.row.node = *row, entry.column.node = *column;
   }
@@ -225,11 +225,11 @@ std::optional<ElementMatrix> read_table(const std::string& path, std::string_vie
                  fmt::format("this row has {}, the first has {}", counted(row.size(), "number"), rows[0].size()));
       return std::nullopt;
     }
-    if (row.size() > static_cast<std::size_t>(kMostFullRows)) {
+    if (row.size() > static_cast<std::size_t>(kMaxFullRows)) {
       faults.add(lines.mark({}),
                  fmt::format("a table can have at most {} columns; write larger matrices, which are sparse, to "
                              "a Matrix Market file",
-                             kMostFullRows));
+                             kMaxFullRows));
       return std::nullopt;
     }
     rows.push_back(std::move(row));

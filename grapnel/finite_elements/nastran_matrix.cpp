@@ -91,9 +91,9 @@ bool for_bulk_entries(const std::string& path, std::string_view text, Visit visi
   BulkEntry entry;
   std::string entry_name;
   const auto end_entry = [&] {
-    const bool goes_on = entry.fields.empty() || visit(entry_name, entry);
+    const bool continues = entry.fields.empty() || visit(entry_name, entry);
     entry = {};
-    return goes_on;
+    return continues;
   };
   while (const auto line = lines.next()) {
     const std::string_view content = line->substr(0, line->find('$'));

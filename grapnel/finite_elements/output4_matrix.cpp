@@ -14,7 +14,7 @@
 namespace grapnel::element_text {
 namespace {
 
-constexpr long long kMostOutput4Rows = 100'000'000;
+constexpr long long kMaxOutput4Rows = 100'000'000;
 
 // A matrix's head: columns, rows (negative: strings have two leading numbers), form, type, name, Fortran format.
 struct Output4Head {
@@ -29,7 +29,7 @@ struct Output4Head {
   bool is_usable() const { return !is_complex() && rows == columns; }
   // False if these are not values of a matrix.
   bool set(long long n_columns, long long n_rows, long long its_form, long long its_type) {
-    if (n_columns < 0 || n_columns > kMostOutput4Rows || n_rows < -kMostOutput4Rows || n_rows > kMostOutput4Rows ||
+    if (n_columns < 0 || n_columns > kMaxOutput4Rows || n_rows < -kMaxOutput4Rows || n_rows > kMaxOutput4Rows ||
         its_type < 1 || its_type > 4)
       return false;
     columns = static_cast<int>(n_columns), rows = static_cast<int>(std::abs(n_rows));
@@ -329,9 +329,9 @@ std::optional<ElementMatrix> read_output4_with(MakeReader reader, const std::str
       if (!one.columns(*head, [](int, int, double) {})) return std::nullopt;
       continue;
     }
-    if (head->columns != head->rows || head->rows < 1 || head->rows > kMostRows) {
+    if (head->columns != head->rows || head->rows < 1 || head->rows > kMaxRows) {
       faults.add(file_mark(path), fmt::format("matrix {} must be square, with 1 to {} rows, not {} by {}", name,
-                                              kMostRows, head->rows, head->columns));
+                                              kMaxRows, head->rows, head->columns));
       return std::nullopt;
     }
     if (head->is_complex()) {

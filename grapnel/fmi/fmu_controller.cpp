@@ -23,7 +23,7 @@ struct FmuState {
   double period = 0;
   double time = 0;  // on the FMU's clock
   bool is_initialized = false;
-  std::vector<double> seen, said;
+  std::vector<double> input_values, output_values;
   std::string error;
 };
 FmuState& at(void* instance) { return *static_cast<FmuState*>(instance); }
@@ -44,20 +44,21 @@ void sample(FmuState& own, const grapnel_controller_input& in, grapnel_controlle
     const double steps = std::max(1.0, std::round((in.time - own.time) / own.period));
     for (double k = 0; k < steps; ++k) fmu.step(own.time + k * own.period, own.period);
   }
-  for (std::size_t i = 0; i < own.seen.size(); ++i) own.seen[i] = seen_value(in, own.wiring.inputs.signals[i]);
+  for (std::size_t i = 0; i < own.input_values.size(); ++i)
+    own.input_values[i] = seen_value(in, own.wiring.inputs.signals[i]);
   if (!own.is_initialized) {
     fmu.begin_initialization(in.time);
     for (const Constant& constant : own.wiring.constants) set_constant(fmu, constant);
-    fmu.set(own.wiring.inputs.variables, own.seen);
+    fmu.set(own.wiring.inputs.variables, own.input_values);
     fmu.end_initialization();
     own.is_initialized = true;
   }
-  fmu.get(own.wiring.outputs.variables, own.said);
-  fmu.set(own.wiring.inputs.variables, own.seen);
+  fmu.get(own.wiring.outputs.variables, own.output_values);
+  fmu.set(own.wiring.inputs.variables, own.input_values);
   own.time = in.time;
-  for (std::size_t i = 0; i < own.said.size(); ++i) {
+  for (std::size_t i = 0; i < own.output_values.size(); ++i) {
     const Signal& signal = own.wiring.outputs.signals[i];
-    (signal.part == kEffortPart ? out.effort : out.base_torque)[signal.index] = own.said[i];
+    (signal.part == kEffortPart ? out.effort : out.base_torque)[signal.index] = own.output_values[i];
   }
 }
 
@@ -76,8 +77,8 @@ int create(const grapnel_controller_setup* setup, void** instance, char* error, 
     const std::vector<Constant> parameters = parameters_of(*t_source->fmu(), setup->parameters, misfits);
     if (!misfits.empty()) throw FmuError(misfits.front().text);
     own->period = setup->period;
-    own->seen.resize(own->wiring.inputs.variables.size());
-    own->said.resize(own->wiring.outputs.variables.size());
+    own->input_values.resize(own->wiring.inputs.variables.size());
+    own->output_values.resize(own->wiring.outputs.variables.size());
     own->instance = std::make_unique<FmuInstance>(t_source->fmu());
     for (const Constant& parameter : parameters) set_constant(*own->instance, parameter);
     *instance = own.release();

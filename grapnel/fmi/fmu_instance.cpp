@@ -36,15 +36,16 @@ std::string file_uri(const std::string& path) {
 template <class Call>
 void FmuInstance::call(const char* name, const Call& function) {
   const std::string full = fmt::format("fmi{}{}", is_2_ ? 2 : 3, name);
-  said_.clear();
+  message_.clear();
   const int status = guarded(fmu_->named(), full.c_str(), time_, function);
   if (status == kOk || status == kWarning) return;
   is_lost_ = is_lost_ || status >= kError;
-  throw FmuError(fmt::format("{}() returned {}{}{}", full, name_of_status(status), said_.empty() ? "" : ": ", said_));
+  throw FmuError(
+      fmt::format("{}() returned {}{}{}", full, name_of_status(status), message_.empty() ? "" : ": ", message_));
 }
 
 void FmuInstance::log(int status, const std::string& text) {
-  if (status >= kDiscard || said_.empty()) said_ = shortened(printable_line(text));
+  if (status >= kDiscard || message_.empty()) message_ = shortened(printable_line(text));
 }
 
 void FmuInstance::log_2(void* environment, const char*, int status, const char*, const char* message, ...) {
@@ -77,7 +78,7 @@ FmuInstance::FmuInstance(std::shared_ptr<const Fmu> fmu)
           model.identifier.c_str(), model.token.c_str(), (fmu_->resources().string() + "/").c_str(), false, false,
           false, false, nullptr, 0, this, &FmuInstance::log_3, nullptr);
     });
-    if (!instance_) throw FmuError(fmt::format("it created no instance{}{}", said_.empty() ? "" : ": ", said_));
+    if (!instance_) throw FmuError(fmt::format("it created no instance{}{}", message_.empty() ? "" : ": ", message_));
   } catch (...) {
     fmu_->release();
     throw;

@@ -49,7 +49,7 @@ class FmuInstance {
   Instance instance_ = nullptr;
   double time_ = 0;
   bool is_initialized_ = false, is_lost_ = false;
-  std::string said_;  // the last logged message of an error
+  std::string message_;  // the last logged message of an error
 };
 
 }  // namespace grapnel::fmi

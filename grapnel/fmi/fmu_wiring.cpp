@@ -28,17 +28,17 @@ struct Part {
   const char* of_joint;  // as "JOINT.position"; null: none
   int size;              // 0: per joint; 1: a number
 };
-constexpr std::array<Part, 10> kSeen = {{{"time", nullptr, 1},
-                                         {"position", "position", 0},
-                                         {"rate", "rate", 0},
-                                         {"desired_position", "desired_position", 0},
-                                         {"desired_rate", "desired_rate", 0},
-                                         {"desired_acceleration", "desired_acceleration", 0},
-                                         {"base_position", nullptr, 3},
-                                         {"base_quaternion_wxyz", nullptr, 4},
-                                         {"base_velocity", nullptr, 3},
-                                         {"base_angular_velocity", nullptr, 3}}};
-constexpr std::array<Part, 2> kSaid = {{{"effort", "effort", 0}, {"base_torque", nullptr, 3}}};
+constexpr std::array<Part, 10> kInputParts = {{{"time", nullptr, 1},
+                                               {"position", "position", 0},
+                                               {"rate", "rate", 0},
+                                               {"desired_position", "desired_position", 0},
+                                               {"desired_rate", "desired_rate", 0},
+                                               {"desired_acceleration", "desired_acceleration", 0},
+                                               {"base_position", nullptr, 3},
+                                               {"base_quaternion_wxyz", nullptr, 4},
+                                               {"base_velocity", nullptr, 3},
+                                               {"base_angular_velocity", nullptr, 3}}};
+constexpr std::array<Part, 2> kOutputParts = {{{"effort", "effort", 0}, {"base_torque", nullptr, 3}}};
 
 using Signals = std::map<std::string, Signal>;
 
@@ -185,16 +185,16 @@ class Wirer {
 
 double seen_value(const grapnel_controller_input& in, const Signal& signal) {
   const double* const time = &in.time;
-  const std::array<const double*, kSeen.size()> parts = {time,
-                                                         in.position,
-                                                         in.rate,
-                                                         in.desired_position,
-                                                         in.desired_rate,
-                                                         in.desired_acceleration,
-                                                         in.base_position,
-                                                         in.base_quaternion_wxyz,
-                                                         in.base_velocity,
-                                                         in.base_angular_velocity};
+  const std::array<const double*, kInputParts.size()> parts = {time,
+                                                               in.position,
+                                                               in.rate,
+                                                               in.desired_position,
+                                                               in.desired_rate,
+                                                               in.desired_acceleration,
+                                                               in.base_position,
+                                                               in.base_quaternion_wxyz,
+                                                               in.base_velocity,
+                                                               in.base_angular_velocity};
   return parts[static_cast<std::size_t>(signal.part)][signal.index];
 }
 
@@ -202,8 +202,8 @@ Wiring wire(const Fmu& fmu, const std::string& inputs, const std::string& output
             const std::vector<std::string>& joints, bool commands_base, std::vector<FmuMisfit>& misfits) {
   Wirer wirer(fmu, misfits);
   Wiring wiring;
-  wiring.inputs = wirer.connect("inputs", "input", inputs, signals_of(kSeen, joints), wiring.constants);
-  wiring.outputs = wirer.connect("outputs", "output", outputs, signals_of(kSaid, joints), wiring.constants);
+  wiring.inputs = wirer.connect("inputs", "input", inputs, signals_of(kInputParts, joints), wiring.constants);
+  wiring.outputs = wirer.connect("outputs", "output", outputs, signals_of(kOutputParts, joints), wiring.constants);
   const auto is_output = [&](const Signal& signal) {
     const auto& all = wiring.outputs.signals;
     return std::find(all.begin(), all.end(), signal) != all.end();

@@ -24,7 +24,7 @@ class UnpackedFolder {
 
  private:
   ScratchFolder folder_;
-  pid_t keeper_ = -1;
+  pid_t cleaner_ = -1;
   int alive_ = -1;  // the end of a pipe that the system closes with the process
 };
 

@@ -20,7 +20,7 @@ constexpr double kMomentumError = 1e-9;
 constexpr double kRankTolerance = 1e-8;
 // A direction is significant if its squared singular value exceeds this multiple of the contribution of rate noise.
 constexpr double kAboveNoise = 4;
-constexpr int kMostIterations = 50;
+constexpr int kMaxIterations = 50;
 // Convergence: change in standard deviations.
 constexpr double kSettled = 1e-3;
 // A parameter is determined if null-space directions change it by at most this part of the servicer's own value, or by
@@ -58,7 +58,7 @@ class Identification {
 
   IdentifiedBody solve() {
     IdentifiedBody found;
-    for (; !found.converged && found.iterations < kMostIterations; ++found.iterations) {
+    for (; !found.converged && found.iterations < kMaxIterations; ++found.iterations) {
       const Reduced problem = reduce(found.iterations > 0);
       const LinearParameters before = x_;
       const Eigen::VectorXd momentum_before = momentum_;

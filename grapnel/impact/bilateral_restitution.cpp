@@ -14,7 +14,7 @@ namespace grapnel {
 namespace {
 
 // Relative tolerance of a row's velocity against E, relative to the fastest row; the metric D makes rows commensurable.
-constexpr double kMissed = 1e-8;
+constexpr double kInconsistent = 1e-8;
 
 // Grasps and coefficients => nothing; throws std::invalid_argument unless every row of every grasp has one coefficient
 // within 0 to 1.
@@ -47,12 +47,12 @@ std::string row_name(const Grasp& grasp, std::size_t index, int row) {
 
 // Velocity errors per row, in the scale of D, and their bound => names of the rows above the bound, separated by
 // semicolons; empty if there is none.
-std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<const Grasp> grasps,
-                        std::span<const HeldRate> held) {
+std::string inconsistent_rows(const Eigen::VectorXd& error, double bound, std::span<const Grasp> grasps,
+                              std::span<const HeldRate> held) {
   std::string names;
   Eigen::Index row = 0;
   const auto note = [&](const std::string& name) {
-    if (std::abs(missed[row++]) > bound) names += (names.empty() ? "" : "; ") + name;
+    if (std::abs(error[row++]) > bound) names += (names.empty() ? "" : "; ") + name;
   };
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     for (int r = 0; r < row_count(grasps[i].model); ++r) note(row_name(grasps[i], i, r));
@@ -85,12 +85,12 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
   wanted.tail(static_cast<Eigen::Index>(rows.held.size())) = after(rows.held);  // of overpowered drives
   const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
-  const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
+  const Eigen::VectorXd error = (rows.J * after - wanted).cwiseQuotient(size);
   const double fastest =
       std::max(u.cwiseQuotient(size).lpNorm<Eigen::Infinity>(), wanted.cwiseQuotient(size).lpNorm<Eigen::Infinity>());
   // Rounding error of J v itself, for grasps whose velocities are far above their relative ones.
   const double rounding = 1e-14 * (rows.J.cwiseAbs() * v.cwiseAbs()).cwiseQuotient(size).lpNorm<Eigen::Infinity>();
-  result.inconsistent = missed_rows(missed, std::max(kMissed * fastest, 100 * rounding), grasps, held);
+  result.inconsistent = inconsistent_rows(error, std::max(kInconsistent * fastest, 100 * rounding), grasps, held);
   return result;
 }
 

@@ -97,7 +97,7 @@ void check(const Model& model, const State& state, const CompliantSetup& setup) 
   require(setup.relative_tolerance >= 1e-14 && setup.relative_tolerance <= 1e-2,
           "relative_tolerance must lie in 1e-14 to 1e-2");
   require(setup.samples >= 2, "samples must be at least 2");
-  require(setup.most_steps > 0, "most_steps must be positive");
+  require(setup.max_steps > 0, "max_steps must be positive");
 }
 
 // One impact in progress.
@@ -132,7 +132,7 @@ class Run {
   double grasp_motion(std::span<const InterfaceLoad> loads) const;
   bool is_over(double t, std::span<const InterfaceLoad> loads) const;
   void limit_step(StiffIntegrator& integrator) const;
-  void begin_piece(StiffIntegrator& integrator);
+  void begin_segment(StiffIntegrator& integrator);
   void check_balances(double t, std::span<const double> y);
 
   const Model& model_;
@@ -174,10 +174,10 @@ void Run::limit_step(StiffIntegrator& integrator) const {
 }
 
 // A drive's efforts may jump here and at the next stop of the integrator.
-void Run::begin_piece(StiffIntegrator& integrator) {
+void Run::begin_segment(StiffIntegrator& integrator) {
   if (!drive_) return;
   system_.load(integrator.time(), integrator.y());
-  drive_->begin_piece(integrator.time(), system_.now(), system_.wrenches_now());
+  drive_->begin_segment(integrator.time(), system_.now(), system_.wrenches_now());
   next_break_ = drive_->next_break(integrator.time());
 }
 
@@ -270,7 +270,7 @@ bool Run::is_over(double t, std::span<const InterfaceLoad> loads) const {
 // without status at a failed step, a grasp turned by more than 3 rad, or the maximum number of steps.
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   using Status = CompliantOutcome::Status;
-  begin_piece(integrator);
+  begin_segment(integrator);
   recorder.mark(0, integrator.y());
   limit_step(integrator);
   std::vector<InterfaceLoad> loads(system_.loads().begin(), system_.loads().end());
@@ -281,16 +281,16 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       return;
     }
     integrator.stop_at(next_stop(from));
-    const StiffIntegrator::Result made = integrator.step();
+    const StiffIntegrator::Result result = integrator.step();
     ++result_.steps;
     if (each_step_) each_step_(integrator.time());
-    if (made == StiffIntegrator::Result::failed) {
+    if (result == StiffIntegrator::Result::failed) {
       result_.message = integrator.message();
       return;
     }
     observe(integrator, recorder);
     // An event may coincide with an end.
-    if (follow_events(integrator, recorder, made == StiffIntegrator::Result::event)) {
+    if (follow_events(integrator, recorder, result == StiffIntegrator::Result::event)) {
       integrator.restart();
       limit_step(integrator);
     }
@@ -300,7 +300,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     }
     if (integrator.time() >= next_break_) {
       recorder.mark(integrator.time(), integrator.y());
-      begin_piece(integrator);
+      begin_segment(integrator);
       integrator.jump();
       recorder.mark(integrator.time(), integrator.y());
     }
@@ -311,7 +311,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
           integrator.time(), largest_angle_);
       return;
     }
-    if (result_.steps >= setup_.most_steps) {
+    if (result_.steps >= setup_.max_steps) {
       result_.message =
           fmt::format("at {:.6g} s: the maximum number of steps, {}, is reached", integrator.time(), result_.steps);
       return;
@@ -419,7 +419,7 @@ CompliantRecorder::CompliantRecorder(CompliantSystem& system, int samples, doubl
       spacing_(spacing),
       peaks_(static_cast<std::size_t>(measures * system.interfaces())),
       touching_(system.contact_count()) {
-  for (std::vector<double>& look : looks_) look.resize(peaks_.size());
+  for (std::vector<double>& values : stage_values_) values.resize(peaks_.size());
 }
 
 double CompliantRecorder::measure(std::span<const InterfaceLoad> loads, std::size_t index) {
@@ -471,38 +471,38 @@ void CompliantRecorder::mark(double t, std::span<const double> y) {
   take(t, -1, y);
   evaluate();
   const auto count = static_cast<std::size_t>(system_.interfaces());
-  measure_all(std::span(loads_).last(count), looks_[0]);
+  measure_all(std::span(loads_).last(count), stage_values_[0]);
   for (std::size_t i = 0; i < peaks_.size(); ++i) {
-    if (looks_[0][i] > peaks_[i].value) peaks_[i] = {looks_[0][i], t};
+    if (stage_values_[0][i] > peaks_[i].value) peaks_[i] = {stage_values_[0][i], t};
   }
 }
 
 // Drops every second point of the grid.
 void CompliantRecorder::thin() {
   const std::size_t size = system_.size(), interfaces = system_.interfaces(), evaluated = states_.size();
-  std::size_t kept = 0, kept_evaluated = 0;
+  std::size_t retained = 0, retained_evaluated = 0;
   on_grid_ = 0;
   for (std::size_t i = 0; i < taken_.size(); ++i) {
     Sample s = taken_[i];
     if (s.grid > 0 && s.grid % 2 == 1) continue;
     if (s.grid > 0) s.grid /= 2, ++on_grid_;
-    taken_[kept] = s;
+    taken_[retained] = s;
     if (i < evaluated) {
-      states_[kept].q.swap(states_[i].q), states_[kept].v.swap(states_[i].v);
-      accelerations_[kept].swap(accelerations_[i]);
+      states_[retained].q.swap(states_[i].q), states_[retained].v.swap(states_[i].v);
+      accelerations_[retained].swap(accelerations_[i]);
       std::copy_n(loads_.begin() + static_cast<std::ptrdiff_t>(i * interfaces), interfaces,
-                  loads_.begin() + static_cast<std::ptrdiff_t>(kept * interfaces));
-      ++kept_evaluated;
+                  loads_.begin() + static_cast<std::ptrdiff_t>(retained * interfaces));
+      ++retained_evaluated;
     } else {
       std::copy_n(y_.begin() + static_cast<std::ptrdiff_t>((i - evaluated) * size), size,
-                  y_.begin() + static_cast<std::ptrdiff_t>((kept - kept_evaluated) * size));
+                  y_.begin() + static_cast<std::ptrdiff_t>((retained - retained_evaluated) * size));
     }
-    ++kept;
+    ++retained;
   }
-  taken_.resize(kept);
-  states_.resize(kept_evaluated), accelerations_.resize(kept_evaluated);
-  loads_.resize(kept_evaluated * interfaces);
-  y_.resize((kept - kept_evaluated) * size);
+  taken_.resize(retained);
+  states_.resize(retained_evaluated), accelerations_.resize(retained_evaluated);
+  loads_.resize(retained_evaluated * interfaces);
+  y_.resize((retained - retained_evaluated) * size);
   spacing_ *= 2;
   next_ = (next_ + 1) / 2;
 }
@@ -520,29 +520,29 @@ void CompliantRecorder::step(StiffIntegrator& integrator) {
     ++next_;
     if (++on_grid_ >= 2 * samples_) thin();
   }
-  std::array<double, kLooks> look_time{from};
-  constexpr int last = kLooks - 1;
+  std::array<double, kStagePoints> stage_time{from};
+  constexpr int last = kStagePoints - 1;
   for (int k = 1; k <= last; ++k) {
-    look_time[k] = integrator.time_of_stage(k - 1);
-    measure_all(integrator.loads_at_stage(k - 1), looks_[k]);
+    stage_time[k] = integrator.time_of_stage(k - 1);
+    measure_all(integrator.loads_at_stage(k - 1), stage_values_[k]);
   }
   for (std::size_t i = 0; i < peaks_.size(); ++i) {
     for (int k = 1; k <= last; ++k) {
-      if (looks_[k][i] > peaks_[i].value) peaks_[i] = {looks_[k][i], look_time[k]};
+      if (stage_values_[k][i] > peaks_[i].value) peaks_[i] = {stage_values_[k][i], stage_time[k]};
     }
     // The parabola through three neighbours decides whether a peak lies between them and justifies a search.
     for (int k = 1; k < last; ++k) {
-      const double a = look_time[k - 1], b = look_time[k], c = look_time[k + 1];
-      const double rise = (looks_[k][i] - looks_[k - 1][i]) / (b - a),
-                   next = (looks_[k + 1][i] - looks_[k][i]) / (c - b);
-      const double bend = (next - rise) / (c - a);
-      if (!(bend < 0)) continue;
-      const double slope = rise + bend * (b - a), place = b - slope / (2 * bend);  // at b; of the vertex
-      if (place < a || place > c || looks_[k][i] - slope * slope / (4 * bend) <= peaks_[i].value) continue;
+      const double a = stage_time[k - 1], b = stage_time[k], c = stage_time[k + 1];
+      const double rise = (stage_values_[k][i] - stage_values_[k - 1][i]) / (b - a),
+                   next = (stage_values_[k + 1][i] - stage_values_[k][i]) / (c - b);
+      const double curvature = (next - rise) / (c - a);
+      if (!(curvature < 0)) continue;
+      const double slope = rise + curvature * (b - a), place = b - slope / (2 * curvature);  // at b; of the vertex
+      if (place < a || place > c || stage_values_[k][i] - slope * slope / (4 * curvature) <= peaks_[i].value) continue;
       refine(integrator, a, c, i);
     }
   }
-  looks_[0].swap(looks_[last]);
+  stage_values_[0].swap(stage_values_[last]);
 }
 
 // The error of the value is of second order in that of the position.

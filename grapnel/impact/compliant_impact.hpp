@@ -62,7 +62,7 @@ class ImpactDrive {
   /// [s].
   virtual double next_break(double t) const = 0;
   /// Begins a smooth piece at the time t. `wrenches`: of contacts and grasps, on both bodies.
-  virtual void begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) = 0;
+  virtual void begin_segment(double t, const State& state, std::span<const ExternalWrench> wrenches) = 0;
   /// Per velocity [N m or N], of joints only; `effort` is zero on call. A smooth function of the other arguments.
   virtual void efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                        std::span<double> effort) = 0;
@@ -78,7 +78,7 @@ struct CompliantSetup {
   double relative_tolerance = 1e-12;
   // minimum number of samples of the histories (if the impact lasts that long); up to twice that; plus two at events
   int samples = 400;
-  long most_steps = 2'000'000;
+  long max_steps = 2'000'000;
 };
 
 /// One contact or grasp over time; forces on the robot at its own point, in W.

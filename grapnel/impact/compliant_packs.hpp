@@ -21,7 +21,7 @@ class PackedPoints : public CompliantPacks {
         y_(tables.size),
         dydt_(tables.size),
         effort_(tables.velocities),
-        said_(tables.velocities * S::kWidth) {}
+        drive_efforts_(tables.velocities * S::kWidth) {}
 
   void evaluate(const CompliantPoints& points) override {
     for (int first = 0; first < points.count; first += S::kWidth) evaluate(points, first);
@@ -67,7 +67,7 @@ class PackedPoints : public CompliantPacks {
     if (points.q != nullptr) scatter(kernel_.q().data(), nq, here, points.q + first * nq, nq);
     if (points.v != nullptr) scatter(kernel_.v().data(), nv, here, points.v + first * nv, nv);
     const bool moves = points.dydt != nullptr && kernel_.has_rates();
-    const S* const effort = (points.acceleration != nullptr || moves) ? ask(points, first, here) : nullptr;
+    const S* const effort = (points.acceleration != nullptr || moves) ? drive_efforts(points, first, here) : nullptr;
     if (points.acceleration != nullptr || moves) kernel_.accelerate(effort);
     if (points.acceleration != nullptr)
       scatter(kernel_.acceleration().data(), nv, here, points.acceleration + first * nv, nv);
@@ -86,22 +86,22 @@ class PackedPoints : public CompliantPacks {
   }
 
   // The drive's efforts, lane by lane; null: no drive.
-  const S* ask(const CompliantPoints& points, int first, int here) {
+  const S* drive_efforts(const CompliantPoints& points, int first, int here) {
     if (points.efforts == nullptr) return nullptr;
     const int nq = tables_.coordinates, nv = tables_.velocities;
     for (int l = 0; l < here; ++l) {
       const int k = first + l;
       points.efforts(points.drive, points.t[k], points.q + k * nq, points.v + k * nv,
-                     points.loads + k * tables_.interface_count(), said_.data() + l * nv);
+                     points.loads + k * tables_.interface_count(), drive_efforts_.data() + l * nv);
     }
-    gather(said_.data(), nv, here, effort_.data());
+    gather(drive_efforts_.data(), nv, here, effort_.data());
     return effort_.data();
   }
 
   const CompliantTables& tables_;
   CompliantKernel<S> kernel_;
   lanes::LaneArray<S> y_, dydt_, effort_;
-  lanes::LaneArray<S, double> said_;  // a row per lane
+  lanes::LaneArray<S, double> drive_efforts_;  // a row per lane
 };
 
 }  // namespace grapnel

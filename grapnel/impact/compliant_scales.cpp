@@ -13,7 +13,7 @@ namespace {
 // Rounding error of coordinates of order one.
 constexpr double kAngleRounding = 2e-15;
 // Minimum scale of errors at any contact or grasp, relative to the fastest one.
-constexpr double kLeastShare = 1e-3;
+constexpr double kMinShare = 1e-3;
 
 // One interface: relative Jacobian over the free velocities, and the response to a rigid impact.
 struct Interface {
@@ -87,7 +87,7 @@ void share_among(std::vector<Interface>& interfaces) {
     speed = std::max(speed, interfaces[i].speed), turn = std::max(turn, interfaces[i].turn);
   }
   for (Interface& i : interfaces) {
-    i.speed = std::max(i.speed, kLeastShare * speed), i.turn = std::max(i.turn, kLeastShare * turn);
+    i.speed = std::max(i.speed, kMinShare * speed), i.turn = std::max(i.turn, kMinShare * turn);
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 // Maximum shift of the end of a step that is repeated for an event, relative to its length; beyond: repeat again.
 constexpr double kLanded = 1e-14;
-constexpr int kMostLandings = 4, kMostLookups = 60;
+constexpr int kMaxLandings = 4, kMaxLookups = 60;
 
 }  // namespace
 
@@ -84,7 +84,7 @@ double StiffIntegrator::crossing(std::size_t index, double a, double b, double a
   const double close = kLanded * (b - a);
   int side = 0;
   double last = a;
-  for (int i = 0; i < kMostLookups && at_b != 0 && b - a > close; ++i) {
+  for (int i = 0; i < kMaxLookups && at_b != 0 && b - a > close; ++i) {
     const double t = std::clamp((a * at_b - b * at_a) / (at_b - at_a), std::min(a, b), std::max(a, b));
     const double value = value_at(index, t);
     if ((value > 0) == (at_b > 0) || value == 0) {
@@ -109,15 +109,15 @@ double StiffIntegrator::value_at(std::size_t index, double t) {
 
 // Repeats the step such that function `index` is zero at its end, near t: the polynomial is less accurate than the end.
 bool StiffIntegrator::land(double t, std::size_t index) {
-  for (int i = 0; i < kMostLandings; ++i) {
+  for (int i = 0; i < kMaxLandings; ++i) {
     if (!radau_.end_at(t)) return false;
     if (!(time() > radau_.begin())) check_at_begin();
     system_.event_values(loads_at_end(), now_);
     const double length = time() - radau_.begin(), back = 1e-3 * length;
     if (!(length > 0)) break;
-    const double slope = (now_[index] - value_at(index, time() - back)) / back, miss = now_[index] / slope;
-    if (!(std::abs(miss) > kLanded * length && std::abs(miss) < back)) break;
-    t = std::min(time() - miss, stop_);
+    const double slope = (now_[index] - value_at(index, time() - back)) / back, correction = now_[index] / slope;
+    if (!(std::abs(correction) > kLanded * length && std::abs(correction) < back)) break;
+    t = std::min(time() - correction, stop_);
   }
   for (std::size_t k = 0; k < crossed_.size(); ++k) {
     if (k != index && !crosses(k, begin_[k], now_[k])) continue;

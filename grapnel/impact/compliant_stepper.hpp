@@ -112,8 +112,9 @@ class CompliantRecorder {
   std::vector<InterfaceLoad> loads_;  // of all interfaces
   CompliantSystem::Sampled sampled_;
   std::vector<double> times_;
-  static constexpr int kLooks = StiffIntegrator::stages() + 1;
-  std::array<std::vector<double>, kLooks> looks_;  // per interface and measure: at the step's beginning and stages
+  static constexpr int kStagePoints = StiffIntegrator::stages() + 1;
+  std::array<std::vector<double>, kStagePoints>
+      stage_values_;  // per interface and measure: at the step's beginning and stages
   std::vector<Peak> peaks_;
   std::vector<double> touching_;
 };

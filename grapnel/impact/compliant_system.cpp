@@ -73,7 +73,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       quaternions_(model.quaternions().begin(), model.quaternions().end()),
       prescribed_(marked(model.velocities(), held)),
       effort_(model.velocities()),
-      asked_(state) {
+      drive_state_(state) {
   const Vector3d origin_W = reference_point(contacts, grasps);
   describe_bodies(origin_W);
   describe_trees();
@@ -230,32 +230,32 @@ std::span<const ExternalWrench> CompliantSystem::wrenches(std::span<const Interf
 
 // --- Many points ---
 
-void CompliantSystem::print_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads,
+void CompliantSystem::drive_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads,
                                     double* effort) {
-  std::copy_n(q, asked_.q.size(), asked_.q.begin());
-  std::copy_n(v, asked_.v.size(), asked_.v.begin());
+  std::copy_n(q, drive_state_.q.size(), drive_state_.q.begin());
+  std::copy_n(v, drive_state_.v.size(), drive_state_.v.begin());
   std::fill(effort_.begin(), effort_.end(), 0.0);
-  drive_->efforts(t, asked_, wrenches({loads, static_cast<std::size_t>(interfaces())}), effort_);
+  drive_->efforts(t, drive_state_, wrenches({loads, static_cast<std::size_t>(interfaces())}), effort_);
   for (const int held : held_) effort_[held] = 0;
   if (effort != effort_.data()) std::copy(effort_.begin(), effort_.end(), effort);
 }
 
 // In packs for more than one point: a pack costs the same for unused lanes.
 void CompliantSystem::evaluate(CompliantPoints points) {
-  const bool asks = drive_ != nullptr && (points.dydt != nullptr || points.acceleration != nullptr);
-  if (asks) {
+  const bool needs_drive = drive_ != nullptr && (points.dydt != nullptr || points.acceleration != nullptr);
+  if (needs_drive) {
     const std::size_t count = points.count;
     points.efforts = [](void* self, double t, const double* q, const double* v, const InterfaceLoad* loads,
-                        double* effort) { static_cast<CompliantSystem*>(self)->print_efforts(t, q, v, loads, effort); };
+                        double* effort) { static_cast<CompliantSystem*>(self)->drive_efforts(t, q, v, loads, effort); };
     points.drive = this;
     const auto want = [&](auto& buffer, auto*& wanted, std::size_t each) {
       if (wanted != nullptr) return;
       buffer.resize(std::max(buffer.size(), count * each));
       wanted = buffer.data();
     };
-    want(asked_q_, points.q, now_.q.size());
-    want(asked_v_, points.v, now_.v.size());
-    want(asked_loads_, points.loads, interfaces_.size());
+    want(point_q_, points.q, now_.q.size());
+    want(point_v_, points.v, now_.v.size());
+    want(point_loads_, points.loads, interfaces_.size());
   }
   if (packs_ && points.count > 1) {
     packs_->evaluate(points);
@@ -266,16 +266,16 @@ void CompliantSystem::evaluate(CompliantPoints points) {
 
 // Sequentially, in doubles.
 void CompliantSystem::evaluate_here(const CompliantPoints& points) {
-  const auto keep = [](const auto& from, auto* rows, std::size_t k) {
+  const auto store = [](const auto& from, auto* rows, std::size_t k) {
     if (rows != nullptr) std::copy(from.begin(), from.end(), rows + k * from.size());
   };
   const auto row = [](const auto* rows, std::size_t k, std::size_t size) { return rows + k * size; };
   for (std::size_t k = 0; k < static_cast<std::size_t>(points.count); ++k) {
     const double* const y = row(points.y, k, size());
     kernel_->load(points.t[k], y);
-    keep(kernel_->loads(), points.loads, k);
-    keep(kernel_->q(), points.q, k);
-    keep(kernel_->v(), points.v, k);
+    store(kernel_->loads(), points.loads, k);
+    store(kernel_->q(), points.q, k);
+    store(kernel_->v(), points.v, k);
     const bool moves = points.dydt != nullptr && kernel_->has_rates();
     const double* effort = nullptr;
     if (points.acceleration != nullptr || moves) {
@@ -286,7 +286,7 @@ void CompliantSystem::evaluate_here(const CompliantPoints& points) {
       }
       kernel_->accelerate(effort);
     }
-    keep(kernel_->acceleration(), points.acceleration, k);
+    store(kernel_->acceleration(), points.acceleration, k);
     if (points.dydt != nullptr) kernel_->rates(y, effort, points.dydt + k * size());
   }
 }
@@ -304,7 +304,8 @@ void CompliantSystem::rates(std::span<const double> t, std::span<const double> y
   evaluate(points);
 }
 
-void CompliantSystem::look(std::span<const double> t, std::span<const double> y, std::span<InterfaceLoad> loads) {
+void CompliantSystem::evaluate_loads(std::span<const double> t, std::span<const double> y,
+                                     std::span<InterfaceLoad> loads) {
   CompliantPoints points;
   points.count = static_cast<int>(t.size());
   points.t = t.data(), points.y = y.data(), points.loads = loads.data();

@@ -71,7 +71,7 @@ class CompliantSystem {
   void rates(std::span<const double> t, std::span<const double> y, std::span<double> dydt,
              std::span<InterfaceLoad> loads);
   /// Loads of interfaces at many points.
-  void look(std::span<const double> t, std::span<const double> y, std::span<InterfaceLoad> loads);
+  void evaluate_loads(std::span<const double> t, std::span<const double> y, std::span<InterfaceLoad> loads);
   /// States, interfaces and rates of all velocities (per State::v; held ones zero) at many points.
   struct Sampled {
     std::vector<double> q, v, acceleration;
@@ -100,7 +100,7 @@ class CompliantSystem {
   std::span<const ExternalWrench> wrenches(std::span<const InterfaceLoad> loads);
   void evaluate(CompliantPoints points);
   void evaluate_here(const CompliantPoints& points);
-  void print_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads, double* effort);
+  void drive_efforts(double t, const double* q, const double* v, const InterfaceLoad* loads, double* effort);
 
   const Model& model_;
   ImpactDrive* drive_;
@@ -117,9 +117,9 @@ class CompliantSystem {
   std::optional<CompliantKernel<double>> kernel_;
   std::unique_ptr<CompliantPacks> packs_;
   std::vector<ExternalWrench> wrenches_;
-  std::vector<double> effort_, asked_q_, asked_v_;
-  std::vector<InterfaceLoad> asked_loads_;
-  State asked_;
+  std::vector<double> effort_, point_q_, point_v_;
+  std::vector<InterfaceLoad> point_loads_;
+  State drive_state_;
 };
 
 }  // namespace grapnel

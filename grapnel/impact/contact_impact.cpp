@@ -136,7 +136,7 @@ std::vector<ContactPathProblem> with_other_orders(const ContactPathProblem& prob
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
     ContactPathProblem& other = all[k + 1];
     other.tolerance = kOtherTolerance;
-    other.most_steps = kOtherSteps;
+    other.max_steps = kOtherSteps;
     other.contacts[k / 2].stiffness *= k % 2 == 0 ? kOtherOrder : 1 / kOtherOrder;
   }
   return all;
@@ -192,17 +192,17 @@ void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<c
 
 // The total impulse of the grasps, as a generalized impulse.
 Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const Grasp> closed,
-                                    const ImpactSolution& kept) {
+                                    const ImpactSolution& solution) {
   Eigen::VectorXd P(rows.J.rows());
   Eigen::Index row = 0;
   for (std::size_t i = 0; i < closed.size(); ++i) {
-    const Impulsed& F = kept.contacts[i].P_WC;
+    const Impulsed& F = solution.contacts[i].P_WC;
     Eigen::VectorXd six(6);
     six << eigen(F.angular), eigen(F.linear);
     P.segment(row, row_count(closed[i].model)) = constrained_directions(closed[i]) * six;
     row += row_count(closed[i].model);
   }
-  for (double held : kept.held_impulses) P[row++] = held;
+  for (double held : solution.held_impulses) P[row++] = held;
   return rows.J.transpose() * P;
 }
 
@@ -251,11 +251,11 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   Eigen::VectorXd impulse = brought;
   solution.velocity = pushed.v;
   if (bilateral.J.rows() > 0) {
-    ImpactSolution kept = solve_rows(M, bilateral, pushed, bilateral.held_after, closed, held);
-    impulse += generalized_impulse(bilateral, closed, kept);
-    solution.velocity = std::move(kept.velocity);
-    solution.grasps = std::move(kept.contacts);
-    solution.held_impulses = std::move(kept.held_impulses);
+    ImpactSolution bilateral_solution = solve_rows(M, bilateral, pushed, bilateral.held_after, closed, held);
+    impulse += generalized_impulse(bilateral, closed, bilateral_solution);
+    solution.velocity = std::move(bilateral_solution.velocity);
+    solution.grasps = std::move(bilateral_solution.contacts);
+    solution.held_impulses = std::move(bilateral_solution.held_impulses);
   }
   const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());
   Eigen::MatrixXd all(rows.J.rows() + bilateral.J.rows(), rows.J.cols());

@@ -21,8 +21,8 @@ constexpr double kEdge = 1e-10;   // relative distance from the cone's edge belo
 constexpr double kAtOnce = 1e-4;  // an event in so short a step counts as one at its start
 constexpr double kNegligibleRebound = 50;  // times the tolerance: remaining forces and velocities of an endless cascade
 constexpr double kFeed = 1000;             // steps after which the remaining amount is doubled
-constexpr double kLawMissed = 1e-9;        // residual of friction at rest, relative to its input; measured 1e-14
-constexpr int kMostCrawls = 2000;          // maximum number of slow solutions: half a second for five contacts
+constexpr double kLawTolerance = 1e-9;     // residual of friction at rest, relative to its input; measured 1e-14
+constexpr int kMaxCrawls = 2000;           // maximum number of slow solutions: half a second for five contacts
 constexpr double kSlowdown = 0.9;          // maximum fraction of its speed that a sliding contact loses in a step
 
 // An event that ends a step early.
@@ -47,7 +47,7 @@ class Follower {
   bool done() const { return done_; }
   bool failed() const { return !result_.failure.empty(); }
   /// Abandons the path, unless it is done.
-  void give_up() {
+  void abandon() {
     if (!done_) result_.failure = "not followed to its end: the first path failed";
     done_ = true;
   }
@@ -57,19 +57,19 @@ class Follower {
   /// The step was tried: runs to the next one, or to the path's end.
   void take(const PathLanes& lanes, int lane) {
     judge(motion_.take(lanes, lane));
-    go_on();
+    advance();
   }
   ContactPath finish();
 
  private:
   bool start();
-  void go_on();
+  void advance();
   void begin_step();
   void judge(double error);
   bool passes(double error);
   void try_again(double h);
   void seek(const Event& event, double before);
-  bool look();
+  bool next_try();
   bool found();
   void end_step();
   double spring_step() const;
@@ -106,7 +106,7 @@ class Follower {
   bool seeking_ = false;
   Event sought_;
   double low_ = 0, high_ = 0, gap_low_ = 0, gap_high_ = 0, gap_ = 0, at_ = 0;
-  int side_ = 0, looks_ = 0;
+  int side_ = 0, tries_ = 0;
 };
 
 bool Follower::start() {
@@ -223,7 +223,7 @@ void Follower::settle_at_rest(const std::vector<int>& rest, int pushed_over) {
   if (sticking.empty() || !r.mobility.redundant) return;
   // Redundant: some distribution of the forces satisfies the cones; take the one with minimum use of the cones.
   const RestProblem again = motion_.at_rest(sticking);
-  const StickShare share = least_used_cones(again.mobility.A, again.b, again.radius);
+  const StickShare share = min_used_cones(again.mobility.A, again.b, again.radius);
   motion_.count(share);
   for (std::size_t k = 0; k < sticking.size(); ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
@@ -304,10 +304,10 @@ void Follower::begin() {
   decide_friction(-1);
   note_modes();
   begin_step();
-  go_on();
+  advance();
 }
 
-void Follower::go_on() {
+void Follower::advance() {
   while (!done_ && stiff_) judge(motion_.try_stiff_step(size_));
 }
 
@@ -325,10 +325,10 @@ void Follower::begin_step() {
   const bool is_over = !motion_.any_touching() || motion_.rebounds_negligible(negligible);
   const PathMotion::Wedge wedge = is_over ? PathMotion::Wedge::none : motion_.wedged(negligible);
   // Reports the friction residual, however the path ends.
-  if (motion_.violates_law() > kLawMissed) {
+  if (motion_.law_residual() > kLawTolerance) {
     result_.failure =
         fmt::format("friction of contacts at rest violates Coulomb's law by {:.1e}, relative to the driving rates",
-                    motion_.violates_law());
+                    motion_.law_residual());
     return;
   }
   if (is_over || wedge == PathMotion::Wedge::at_rest) return;
@@ -336,13 +336,13 @@ void Follower::begin_step() {
     result_.failure = "bodies are wedged at rest, and the forces that separate them grow without bound";
     return;
   }
-  if (motion_.crawled() > kMostCrawls) {
+  if (motion_.crawled() > kMaxCrawls) {
     result_.failure = fmt::format(
         "friction of redundant contacts took the interior-point method {} times within {} steps of the inner time",
         motion_.crawled(), result_.steps);
     return;
   }
-  if (result_.steps == problem_.most_steps) {
+  if (result_.steps == problem_.max_steps) {
     result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
     return;
   }
@@ -412,16 +412,16 @@ void Follower::seek(const Event& event, double before) {
   sought_ = event;
   low_ = 0, high_ = at_ = length_;
   gap_low_ = before, gap_high_ = gap_ = motion_.gap(motion_.end(), event.contact, event.watch);
-  side_ = 0, looks_ = 0;
-  look();
+  side_ = 0, tries_ = 0;
+  next_try();
 }
 
 // Requests the next try; false if the instant is found: that of the last.
-bool Follower::look() {
-  if (looks_ == 100 || !(std::abs(gap_) > 0.1 * bound(sought_.watch)) || !(high_ - low_ > 1e-16 * length_))
+bool Follower::next_try() {
+  if (tries_ == 100 || !(std::abs(gap_) > 0.1 * bound(sought_.watch)) || !(high_ - low_ > 1e-16 * length_))
     return false;
-  at_ = looks_ % 8 == 7 ? 0.5 * (low_ + high_) : (low_ * gap_high_ - high_ * gap_low_) / (gap_high_ - gap_low_);
-  ++looks_;
+  at_ = tries_ % 8 == 7 ? 0.5 * (low_ + high_) : (low_ * gap_high_ - high_ * gap_low_) / (gap_high_ - gap_low_);
+  ++tries_;
   size_ = at_;
   return true;
 }
@@ -434,7 +434,7 @@ bool Follower::found() {
   (now > 0 ? gap_low_ : gap_high_) = gap_;
   if (side_ == now) (now > 0 ? gap_high_ : gap_low_) *= 0.5;
   side_ = now;
-  if (look()) return false;
+  if (next_try()) return false;
   seeking_ = false;
   length_ = at_;
   event_ = sought_;
@@ -494,7 +494,7 @@ std::vector<ContactPath> follow_contacts(std::span<const ContactPathProblem> pro
   auto next = paths.begin();
   for (;;) {
     if (others == OtherPaths::if_first_ends && paths[0].failed()) {
-      for (Follower& path : paths) path.give_up();
+      for (Follower& path : paths) path.abandon();
     }
     bool any = false;
     for (int l = 0; l < lanes.width; ++l) {

@@ -30,7 +30,7 @@ struct ContactPathProblem {
   RestitutionHypothesis hypothesis = RestitutionHypothesis::stronge;
   double rounding = 0;  // of u [m/s]
   double tolerance = 1e-13;
-  int most_steps = 100000;  // limit at which it fails
+  int max_steps = 100000;  // limit at which it fails
 };
 
 struct ContactPath {

@@ -97,11 +97,11 @@ class PathMotion {
 
   /// The friction problem of the contacts `rest`, with all other touching contacts sliding.
   RestProblem at_rest(const std::vector<int>& rest);
-  /// Statistics of friction at rest: the maximum of FrictionForces::missed; the number of slow solutions.
-  double violates_law() const { return law_missed_; }
+  /// Statistics of friction at rest: the maximum of FrictionForces::residual; the number of slow solutions.
+  double law_residual() const { return law_residual_; }
   int crawled() const { return crawled_; }
   void count(const FrictionForces& forces) {
-    law_missed_ = std::max(law_missed_, forces.missed);
+    law_residual_ = std::max(law_residual_, forces.residual);
     crawled_ += forces.crawled ? 1 : 0;
   }
   void count(const StickShare& share) { crawled_ += share.crawled; }
@@ -159,7 +159,7 @@ class PathMotion {
   std::vector<int> rubbing_, sticking_;
   Eigen::MatrixXd rub_;
   FrictionChoice rub_choice_ = FrictionChoice::any;
-  double law_missed_ = 0;
+  double law_residual_ = 0;
   int crawled_ = 0;
   Eigen::VectorXd rub_rate_, rub_radius_;
 };

@@ -13,7 +13,7 @@ namespace grapnel {
 namespace {
 
 constexpr int kSweepsBetween = 8;  // sweeps before the active set is tried
-constexpr int kMostSweeps = 48;    // maximum number of sweeps
+constexpr int kMaxSweeps = 48;     // maximum number of sweeps
 constexpr double kInside = 1e-12;  // of the radius: a force closer to the edge is on it
 constexpr int kActiveIterations = 8;
 constexpr double kNoFreedom = 1e-11;  // eigenvalues below this fraction of the largest are zero
@@ -85,35 +85,36 @@ bool solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eige
                   ActiveForces& forces) {
   const Eigen::Index m = radius.size(), edges = static_cast<Eigen::Index>(edge.size());
   Eigen::VectorXd &l = forces.l, &a = forces.a;
-  Eigen::VectorXd miss(2 * m + edges);
+  Eigen::VectorXd residual(2 * m + edges);
   Eigen::MatrixXd slope(2 * m + edges, 2 * m + edges);
   for (int round = 0; round < kActiveIterations; ++round) {
     slope.setZero();
     slope.topLeftCorner(2 * m, 2 * m) = A;
-    miss.head(2 * m) = A * l + b;
+    residual.head(2 * m) = A * l + b;
     for (Eigen::Index k = 0; k < edges; ++k) {
       const Eigen::Index i = edge[static_cast<std::size_t>(k)];
       if (radius[i] <= 0) {  // no force and no equation
         slope.middleRows<2>(2 * i).setZero(), slope.middleCols<2>(2 * i).setZero();
         slope.block<2, 2>(2 * i, 2 * i).setIdentity();
-        miss.segment<2>(2 * i).setZero();
-        slope(2 * m + k, 2 * m + k) = 1, miss[2 * m + k] = 0;
+        residual.segment<2>(2 * i).setZero();
+        slope(2 * m + k, 2 * m + k) = 1, residual[2 * m + k] = 0;
         continue;
       }
       const Eigen::Vector2d own = l.segment<2>(2 * i);
       slope.block<2, 2>(2 * i, 2 * i).diagonal().array() += a[k];
       slope.block<2, 1>(2 * i, 2 * m + k) = own / radius[i];
       slope.block<1, 2>(2 * m + k, 2 * i) = own.transpose() / radius[i];
-      miss.segment<2>(2 * i) += a[k] * own;
-      miss[2 * m + k] = 0.5 * (own.squaredNorm() / radius[i] - radius[i]);
+      residual.segment<2>(2 * i) += a[k] * own;
+      residual[2 * m + k] = 0.5 * (own.squaredNorm() / radius[i] - radius[i]);
     }
-    if (!miss.allFinite()) return false;
-    if (round > 0 && miss.head(2 * m).lpNorm<Eigen::Infinity>() <= small &&
-        miss.tail(edges).lpNorm<Eigen::Infinity>() <= 1e-14 * radius.maxCoeff()) {
+    if (!residual.allFinite()) return false;
+    if (round > 0 && residual.head(2 * m).lpNorm<Eigen::Infinity>() <= small &&
+        residual.tail(edges).lpNorm<Eigen::Infinity>() <= 1e-14 * radius.maxCoeff()) {
       return true;
     }
     if (round + 1 == kActiveIterations) break;
-    const Eigen::VectorXd step = rank ? least_norm_solution(slope, miss, *rank) : least_norm_solution(slope, miss);
+    const Eigen::VectorXd step =
+        rank ? least_norm_solution(slope, residual, *rank) : least_norm_solution(slope, residual);
     l -= step.head(2 * m);
     for (Eigen::Index k = 0; k < edges; ++k) {
       const double r = radius[edge[static_cast<std::size_t>(k)]];
@@ -172,7 +173,7 @@ struct FreePoints {
       for (Eigen::Index j = 0; j < m; ++j)
         A.block<2, 2>(2 * i, 2 * j) = all.block<2, 2>(2 * from, 2 * points[static_cast<std::size_t>(j)]);
     }
-    if (m > 0) keep_range();
+    if (m > 0) restrict_to_range();
     push = b.norm();
     if (push > 0) A /= push, b /= push;
   }
@@ -181,7 +182,7 @@ struct FreePoints {
  private:
   // Both derive from motions of the same bodies, so the part of b outside the range of A is a rounding error, which no
   // force could balance.
-  void keep_range() {
+  void restrict_to_range() {
     const Eigen::VectorXd size = A.diagonal().cwiseMax(1e-300).cwiseSqrt(), inverse = size.cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * A * inverse.asDiagonal());
     Eigen::VectorXd w = eigen.eigenvalues(), along = eigen.eigenvectors().transpose() * b.cwiseProduct(inverse);
@@ -226,16 +227,16 @@ CentralForces central_forces(const FreePoints& p) {
     if (mean <= kCentral || at.pull.cwiseMin(at.slack).maxCoeff() <= kPlain) break;
     // The linearized conditions, with the change of pulls eliminated.
     Eigen::MatrixXd slope = A;
-    Eigen::VectorXd miss = A * at.x + b;
+    Eigen::VectorXd residual = A * at.x + b;
     for (Eigen::Index i = 0; i < m; ++i) {
       const Eigen::Vector2d x = at.x.segment<2>(2 * i);
       slope.block<2, 2>(2 * i, 2 * i).diagonal().array() += p.radius[i] * at.pull[i];
       slope.block<2, 2>(2 * i, 2 * i) += p.radius[i] * at.pull[i] / at.slack[i] * x * x.transpose();
-      miss.segment<2>(2 * i) += p.radius[i] * wanted / at.slack[i] * x;
+      residual.segment<2>(2 * i) += p.radius[i] * wanted / at.slack[i] * x;
     }
     const Cholesky factors(slope);
     if (factors.info() != Eigen::Success) break;
-    const Eigen::VectorXd change = -cholesky_solution(factors, miss);
+    const Eigen::VectorXd change = -cholesky_solution(factors, residual);
     if (!change.allFinite()) break;
     double reach = longest_inside(at, change);
     for (Eigen::Index i = 0; i < m; ++i) {
@@ -260,7 +261,7 @@ CentralForces central_forces(const FreePoints& p) {
 
 // Residual of Coulomb's law, over b: the rate of a force inside its cone, and the part of it that a force on the edge
 // does not oppose.
-double violates_law(const FreePoints& p, const Eigen::VectorXd& l) {
+double law_residual(const FreePoints& p, const Eigen::VectorXd& l) {
   const Eigen::VectorXd rate = p.A * l + p.b;
   double most = 0;
   for (Eigen::Index i = 0; i < p.count(); ++i) {
@@ -358,7 +359,7 @@ Eigen::VectorXd solve_inside(const FreePoints& p) {
     center(p, on, found.l);
     return found.l;
   }
-  if (violates_law(p, middle) <= kLawLeft) center(p, on, middle);
+  if (law_residual(p, middle) <= kLawLeft) center(p, on, middle);
   return middle;
 }
 
@@ -400,7 +401,7 @@ int sticking(const FrictionForces& forces, double push) {
 
 // A, b, cone radii, start, choice => forces and slip rates of (11.5): minimum of l^T A l / 2 + l^T b with |l_i| <=
 // radius_i. Projected sweeps from point to point; without convergence, or for the middle of several solutions, the
-// interior-point method (11.11). `missed` is the residual of Coulomb's law.
+// interior-point method (11.11). `residual` is the residual of Coulomb's law.
 FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius,
                                 const Eigen::VectorXd& start, FrictionChoice choice) {
   const Eigen::Index m = radius.size();
@@ -413,21 +414,21 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
     result.rate.noalias() += A * result.force;
   }
   const bool middle = choice == FrictionChoice::middle;
-  const bool swept = sweep_points(A, b, radius, middle ? kSweepsBetween : kMostSweeps, result);
+  const bool swept = sweep_points(A, b, radius, middle ? kSweepsBetween : kMaxSweeps, result);
   if (!swept || (middle && sticking(result, b.norm()) > 1)) {
     result.crawled = true;
     const FreePoints free(A, b, radius);
     Eigen::VectorXd l = Eigen::VectorXd::Zero(2 * free.count());
     if (free.push > 0) l = solve_inside(free);
-    const double missed = violates_law(free, l);
-    if (missed <= kLawLeft || !swept) {
+    const double residual = law_residual(free, l);
+    if (residual <= kLawLeft || !swept) {
       result.force.setZero();
       for (Eigen::Index k = 0; k < free.count(); ++k)
         result.force.segment<2>(2 * free.points[static_cast<std::size_t>(k)]) = l.segment<2>(2 * k);
       result.rate = A * result.force + b;
     }
     // If cones and forces differ so much that interior points reach their edges too early, sweeps may continue.
-    if (missed > kLawLeft && !swept && !sweep_points(A, b, radius, kMostSweeps, result)) result.missed = missed;
+    if (residual > kLawLeft && !swept && !sweep_points(A, b, radius, kMaxSweeps, result)) result.residual = residual;
   }
   result.rate = A * result.force + b;
   return result;
@@ -435,7 +436,7 @@ FrictionForces friction_at_rest(const Eigen::MatrixXd& A, const Eigen::VectorXd&
 
 // A, b, radii => forces with which all points stick, and the smallest common factor of the radii that permits them, by
 // 24 bisections; factor 2 if not all points can stick.
-StickShare least_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius) {
+StickShare min_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius) {
   // A factor is sufficient if its permitted forces leave no rate.
   const double none = kNoRate * b.norm();
   int crawled = 0;

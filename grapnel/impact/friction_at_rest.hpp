@@ -11,7 +11,7 @@ namespace grapnel {
 struct FrictionForces {
   Eigen::VectorXd force;  // 2 m
   Eigen::VectorXd rate;   // 2 m: A force + b, the initial slip rate: zero for sticking points
-  double missed = 0;      // residual of Coulomb's law, over |b|: above rounding if it was not solved
+  double residual = 0;    // residual of Coulomb's law, over |b|: above rounding if it was not solved
   bool crawled = false;   // sweeps did not converge: the interior-point method was used, at ten times the cost
 };
 
@@ -34,6 +34,6 @@ struct StickShare {
   double used = 0;  // largest |l_i| / radius_i
   int crawled = 0;  // number of slow solutions
 };
-StickShare least_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius);
+StickShare min_used_cones(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& radius);
 
 }  // namespace grapnel

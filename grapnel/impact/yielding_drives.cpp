@@ -61,19 +61,20 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
 // rate, in the metric J_r; false for modes.
 std::vector<bool> which_was_overpowered(const Model& model, std::span<const HeldRate> held,
                                         std::span<const double> velocity) {
-  std::vector<double> told, missed;
+  std::vector<double> commanded, deviations;
   double largest = 0;
   for (const HeldRate& h : held) {
     if (h.is_mode()) {
-      told.push_back(0), missed.push_back(0);
+      commanded.push_back(0), deviations.push_back(0);
       continue;
     }
     const double root = std::sqrt(drive_inertia(model, h.velocity));
-    told.push_back(root * std::abs(h.after)), missed.push_back(root * std::abs(velocity[h.velocity] - h.after));
-    largest = std::max({largest, told.back(), missed.back()});
+    commanded.push_back(root * std::abs(h.after)),
+        deviations.push_back(root * std::abs(velocity[h.velocity] - h.after));
+    largest = std::max({largest, commanded.back(), deviations.back()});
   }
   std::vector<bool> was_overpowered;
-  for (double miss : missed) was_overpowered.push_back(miss > kNoticed * largest);
+  for (double deviation : deviations) was_overpowered.push_back(deviation > kNoticed * largest);
   return was_overpowered;
 }
 

@@ -104,7 +104,7 @@ class JointPeaks {
     times_.resize(joints.size());
   }
 
-  void look(double time, const Kinematics& k, std::span<const Wrenchd> through) {
+  void observe(double time, const Kinematics& k, std::span<const Wrenchd> through) {
     const auto raise = [&](double value, double& peak, double& at) {
       if (value > peak) peak = value, at = time;
     };
@@ -136,12 +136,12 @@ Momentumd momentum_about_origin(const Model& model, const State& state) {
 }
 
 // Evaluates the samples: peaks of the joints' loads are added to the report.
-void look_at_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-                     CompliantRun& run) {
+void evaluate_samples(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                      CompliantRun& run) {
   const Model& model = task.system.model;
   const bool fixed = !model.has_free_root(task.system.base);
   JointPeaks peaks(model, run.report.joints);
-  Momentumd before = momentum_about_origin(model, task.met);
+  Momentumd before = momentum_about_origin(model, task.start);
   CompliantSample sample;
   sample.kinematics = Kinematics(model);
   const Kinematics& k = sample.kinematics;
@@ -160,7 +160,7 @@ void look_at_samples(const CompliantTask& task, const Yielding& yielding, const 
       sample.grasp_wrenches.push_back(F);
     }
     joint_wrenches(model, k, outcome.accelerations[s], external, through);
-    peaks.look(sample.time, k, through);
+    peaks.observe(sample.time, k, through);
     // its target hangs on the robot: the transmitted wrench, reversed
     for (const HeldGrasp& held : task.system.grasps) {
       const Grasp grasp = grasp_of(held, k);
@@ -172,7 +172,7 @@ void look_at_samples(const CompliantTask& task, const Yielding& yielding, const 
       sample.from_ground = now - before;
       before = now;
     }
-    if (task.look) task.look(sample);
+    if (task.observe) task.observe(sample);
   }
   if (fixed) run.from_ground = momentum_about_origin(model, run.after) - before;
   run.joint_peaks = std::move(peaks).times();
@@ -183,11 +183,11 @@ void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, I
   report.joints_during = name_of(task.problem.impact->joints);
   for (std::size_t i = 0; i < task.held.size(); ++i) {
     const HeldRate& held = task.held[i];
-    const double before = task.met.v[held.velocity], kept = outcome.held_impulses[i];
+    const double before = task.start.v[held.velocity], held_impulse = outcome.held_impulses[i];
     HeldJoint joint;
     joint.joint = held_joint(task.system.model, held).name;
-    joint.impulse = task.stopping[i] + kept;
-    joint.work = 0.5 * task.stopping[i] * (before + held.after) + kept * held.after;
+    joint.impulse = task.stopping[i] + held_impulse;
+    joint.work = 0.5 * task.stopping[i] * (before + held.after) + held_impulse * held.after;
     joint.commanded_rate = joint.rate_after = held.after;
     report.held_joints.push_back(std::move(joint));
   }
@@ -254,7 +254,7 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
 GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
                                const Kinematics& before, const Kinematics& after, std::size_t i) {
   const ForceHistory& history = yielding.history(outcome, i);
-  GraspImpulse g = describe_meeting(task.problem, task.contact, before, i);
+  GraspImpulse g = describe_grasp_before(task.problem, task.contact, before, i);
   g.impulse = history.impulse.linear, g.angular_impulse = history.impulse.angular;
   g.impulse_magnitude = norm(g.impulse);
   g.mean_force = history.duration > 0 ? g.impulse_magnitude / history.duration : 0;
@@ -284,7 +284,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   c.rhs_evaluations = outcome.rhs_evaluations;
   std::vector<int> held;
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
-  for (const ElasticMode& mode : elastic_modes(system.model, task.met, held)) {  // slowest first
+  for (const ElasticMode& mode : elastic_modes(system.model, task.start, held)) {  // slowest first
     const double period = 1 / mode.frequency;
     if (c.modes == 0) c.slowest_period = period;
     c.fastest_period = period;
@@ -304,7 +304,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   }
   report.compliant = c;
   describe_held(task, outcome, report);
-  describe_change(task.problem, system, task.met, outcome.after, external, report);
+  describe_change(task.problem, system, task.start, outcome.after, external, report);
 }
 
 }  // namespace
@@ -335,7 +335,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   run.duration = outcome.duration;
   run.energy_residual = outcome.energy_residual;
   describe(task, yielding, outcome, run);
-  look_at_samples(task, yielding, outcome, run);
+  evaluate_samples(task, yielding, outcome, run);
   describe_unfinished(task, yielding, outcome, run);
   return run;
 }

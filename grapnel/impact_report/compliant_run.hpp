@@ -51,17 +51,17 @@ std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, co
 struct CompliantTask {
   const CaptureProblem& problem;                 // with the closing grasps
   const CaptureSystem& free;                     // all targets free
-  const Contact& contact;                        // of these grasps, in `free`; its state is the same as `met`
+  const Contact& contact;                        // of these grasps, in `free`; its state is the same as `start`
   const CaptureSystem& system;                   // with held targets already hanging on their arms; no closed loops
-  const State& met;                              // of `system`, before brakes
+  const State& start;                            // of `system`, before brakes
   double time = 0;                               // [s]
   std::span<const HeldRate> held = {};           // velocities of `system` kept by drives and brakes
   std::span<const double> stopping = {};         // their initial impulses, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
   ImpactDrive* drive = nullptr;                  // of joints driven by a law during the impact
-  std::function<void(const CompliantSample&)> look = {};  // receives all samples in order, after the end
+  std::function<void(const CompliantSample&)> observe = {};  // receives all samples in order, after the end
 };
-/// Integrates from the state `met`, with the initial effect of brakes, to the end of the impact.
+/// Integrates from the state `start`, with the initial effect of brakes, to the end of the impact.
 CompliantRun run_compliant(const CompliantTask& task, const State& braked);
 
 }  // namespace grapnel

@@ -127,17 +127,17 @@ std::vector<RetainedModes> impulses_by_modes(const ImpactTask& task) {
     const MatrixXd W = half * cholesky_solution(factor, MatrixXd(half.transpose()));
     const VectorXd Q = least_norm_solution(W, -lower_solution(metric, u), kRankThreshold);
     const VectorXd P = upper_solution(metric, Q);
-    RetainedModes kept;
-    kept.modes = static_cast<int>(count);
-    kept.frequency = count == 0 ? 0 : modes[count - 1].frequency;
+    RetainedModes entry;
+    entry.modes = static_cast<int>(count);
+    entry.frequency = count == 0 ? 0 : modes[count - 1].frequency;
     Index row = 0;
     for (const Grasp& grasp : task.contact.grasps) {
       const MatrixXd directions = constrained_directions(grasp);  // rows x 6
       const VectorXd wrench = directions.transpose() * P.segment(row, directions.rows());
-      kept.impulses.push_back(wrench.tail(3).norm());
+      entry.impulses.push_back(wrench.tail(3).norm());
       row += directions.rows();
     }
-    list.push_back(std::move(kept));
+    list.push_back(std::move(entry));
   }
   return list;
 }

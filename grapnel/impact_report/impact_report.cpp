@@ -265,7 +265,7 @@ const JointDescription& held_joint(const Model& model, const HeldRate& held) {
   throw std::logic_error("held_joint: the velocity does not belong to a joint");
 }
 
-std::string describe_giving_way(const Model& model, const ImpactReport& report) {
+std::string describe_overpowered_drives(const Model& model, const ImpactReport& report) {
   constexpr std::size_t kShown = 4;
   struct Drive {
     double by;
@@ -293,8 +293,8 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report) 
   return text;
 }
 
-GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
-                              std::size_t grasp) {
+GraspImpulse describe_grasp_before(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
+                                   std::size_t grasp) {
   const GraspSetup& setup = problem.grasps[grasp];
   GraspImpulse g;
   g.end_effector = setup.end_effector;
@@ -347,7 +347,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   report.duration = problem.impact->duration;
   report.show_as_published = problem.output_as_published || task.law == ImpactSetup::Law::as_published;
   for (std::size_t i = 0; i < contact.grasps.size(); ++i)
-    report.grasps.push_back(describe_meeting(problem, contact, before, i));
+    report.grasps.push_back(describe_grasp_before(problem, contact, before, i));
 
   const bool rebounds = task.law == ImpactSetup::Law::restitution || task.law == ImpactSetup::Law::friction;
   const ImpactSolution solution = rebounds ? solve_contacts(task, before, outcome) : solve_grasps(task, report);
@@ -375,13 +375,13 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   outcome.from_ground =
       describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
   if (!full) return outcome;
-  std::vector<HeldRate> kept(task.held.begin(), task.held.end());
-  for (HeldRate& h : kept) {
+  std::vector<HeldRate> actual_rates(task.held.begin(), task.held.end());
+  for (HeldRate& h : actual_rates) {
     if (!h.is_mode()) h.after = solution.velocity[h.velocity];
   }
-  ImpactTask as_kept = task;
-  as_kept.held = kept;
-  add_measures(as_kept, report);
+  ImpactTask with_actual_rates = task;
+  with_actual_rates.held = actual_rates;
+  add_measures(with_actual_rates, report);
   if (task.law == ImpactSetup::Law::plastic) {
     // Changes of modes that do not respond are unknown.
     if (task.held.empty() || !task.held.front().is_mode()) add_sensitivities(task, report);

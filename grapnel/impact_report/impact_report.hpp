@@ -49,14 +49,14 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
                           const State& after, std::span<const ExternalImpulse> external, ImpactReport& report);
 
 /// One grasp before its impulse is known.
-GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
-                              std::size_t grasp);
+GraspImpulse describe_grasp_before(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
+                                   std::size_t grasp);
 
 /// The joint of a held rate.
 const JointDescription& held_joint(const Model& model, const HeldRate& held);
 
 /// Overpowered drives of an impact, with deviations, as text; empty if none.
-std::string describe_giving_way(const Model& model, const ImpactReport& report);
+std::string describe_overpowered_drives(const Model& model, const ImpactReport& report);
 
 struct BrakeOutcome {
   BrakeReport report;

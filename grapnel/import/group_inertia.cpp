@@ -99,13 +99,13 @@ class GroupWeigher {
              link.name);
       inertia.inertia = *disc;
     } else if (!is_possible_inertia(inertia.inertia)) {
-      mend(inertia, named, link.name, 0);
+      repair(inertia, named, link.name, 0);
     }
     return inertia;
   }
 
   // Replaces an impossible tensor, or reports it.
-  void mend(SourceInertia& inertia, const std::string& named, const std::string& about, double flattest) {
+  void repair(SourceInertia& inertia, const std::string& named, const std::string& about, double flattest) {
     const Symmetric3d given = inertia.inertia;
     const Vector3d moments = principal_moments(given).values;
     const std::string what =
@@ -139,7 +139,7 @@ class GroupWeigher {
                       group.joint < 0 ? std::string()
                                       : fmt::format(", or lock joint {}", in_quotes(model_.joints[group.joint].name))));
     } else if (!inertia_fault(inertia.inertia).empty()) {
-      mend(inertia, named, group.name, kThinnest);
+      repair(inertia, named, group.name, kThinnest);
     }
   }
 

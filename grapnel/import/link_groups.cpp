@@ -27,8 +27,8 @@ class LinkGrouper {
     grow(base);
     name_groups(base);
     check_free_joints();
-    say_what_is_left();
-    say_base(base);
+    report_free_bodies();
+    report_base(base);
     if (faults_.size() > before) return {};
     return std::move(result_);
   }
@@ -192,7 +192,7 @@ class LinkGrouper {
   }
 
   // Bodies separated from the base by free joints at the root.
-  void say_what_is_left() {
+  void report_free_bodies() {
     const auto leave_out = [&](int link, const SourceJoint& joint) {
       decisions_.push_back(
           {model_.links[link].mark,
@@ -215,16 +215,16 @@ class LinkGrouper {
     }
   }
 
-  void say_base(int base) {
+  void report_base(int base) {
     const LinkGroup& group = result_.groups[0];
     std::vector<std::string> fixed;
     for (const GroupedLink& one : group.links) {
       if (one.link != base && one.link != result_.world) fixed.push_back(model_.links[one.link].name);
     }
-    const bool asked = !options_.base.name.empty();
+    const bool requested = !options_.base.name.empty();
     decisions_.push_back(
         {group.mark,
-         fmt::format("the base is link {}{}{}", in_quotes(group.name), asked ? ", as asked for" : "",
+         fmt::format("the base is link {}{}{}", in_quotes(group.name), requested ? ", as asked for" : "",
                      fixed.empty() ? "" : fmt::format(", with the links fixed to it: {}", some_of(fixed))),
          group.name});
     if (result_.world >= 0 && result_.group_of[result_.world] >= 0 && base != result_.world)

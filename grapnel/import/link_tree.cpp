@@ -115,7 +115,7 @@ class JointSettler {
     values_.resize(model.joints.size());
     is_in_chain_.resize(model.joints.size(), false);
     for (const LockedJoint& locked : options.locked) lock(locked);
-    for (const StatedName& wheel : options.wheels) keep_wheel(wheel);
+    for (const StatedName& wheel : options.wheels) lock_wheel(wheel);
   }
 
   std::vector<std::optional<Posed>> settle() {
@@ -172,7 +172,7 @@ class JointSettler {
   }
 
   // A wheel rotates without moving other bodies: its rotor is balanced, and part of the base.
-  void keep_wheel(const StatedName& wheel) {
+  void lock_wheel(const StatedName& wheel) {
     const auto it = joints_.find(wheel.name);
     if (it == joints_.end())
       faults_.add(wheel.mark, fmt::format("unknown joint {} for a wheel{}", in_quotes(wheel.name),

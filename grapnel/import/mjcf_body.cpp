@@ -64,11 +64,11 @@ MjcfGeom read_geom(const MjcfPart& part, MjcfContext& context) {
   MjcfGeom geom;
   geom.type = given.word("type", kGeomTypes, context.faults);
   geom.X_BG = mjcf_place(part, context);
-  geom.is_fitted = is_primitive(geom.type) && given.giver("mesh") != nullptr;
+  geom.is_fitted = is_primitive(geom.type) && given.source("mesh") != nullptr;
   if (!is_primitive(geom.type) || geom.is_fitted) return geom;
   const std::vector<double> size = given.overlaid("size", {0, 0, 0}, context.faults);
   std::copy(size.begin(), size.end(), geom.size.begin());
-  const bool between_points = given.giver("fromto") != nullptr;
+  const bool between_points = given.source("fromto") != nullptr;
   const std::size_t count = size_count(geom.type, between_points);
   if (between_points) size_between_points(part, geom, context);
   for (std::size_t i = 0; i < count && geom.is_sound; ++i) {
@@ -208,7 +208,7 @@ SourceInertia inertia_of_element(const MjcfPart& part, MjcfContext& context) {
   FaultList& faults = context.faults;
   SourceInertia result{given.element().mark(), 0, Vector3d::zero(), Symmetric3d::zero()};
   const auto required = [&](const char* attribute) {
-    if (given.giver(attribute) == nullptr)
+    if (given.source(attribute) == nullptr)
       context.fault(given.element().mark(), fmt::format("<inertial> has no {}", in_quotes(attribute)));
   };
   required("pos"), required("mass");
@@ -216,7 +216,7 @@ SourceInertia inertia_of_element(const MjcfPart& part, MjcfContext& context) {
   result.com = X.p;
   result.mass = given.number("mass", faults).value_or(0);
   if (result.mass < 0) context.fault(given.mark("mass"), fmt::format("mass of <inertial> is {}", result.mass));
-  const bool diagonal = given.giver("diaginertia") != nullptr, full = given.giver("fullinertia") != nullptr;
+  const bool diagonal = given.source("diaginertia") != nullptr, full = given.source("fullinertia") != nullptr;
   if (diagonal == full) {
     context.fault(given.mark(full ? "fullinertia" : "diaginertia"),
                   fmt::format("<inertial> has {} diaginertia {} fullinertia; give one of them",
@@ -229,7 +229,7 @@ SourceInertia inertia_of_element(const MjcfPart& part, MjcfContext& context) {
     return result;
   }
   for (const char* turned : {"quat", "axisangle", "xyaxes", "zaxis", "euler"}) {
-    if (given.giver(turned) == nullptr) continue;
+    if (given.source(turned) == nullptr) continue;
     context.fault(given.mark(turned),
                   fmt::format("{} of <inertial>: fullinertia is in the axes of the body and excludes "
                               "an orientation",
@@ -243,7 +243,7 @@ SourceInertia inertia_of_element(const MjcfPart& part, MjcfContext& context) {
 std::string three(const Eigen::VectorXd& m) { return fmt::format("{:.6g}, {:.6g}, {:.6g}", m[0], m[1], m[2]); }
 
 // The compiler's minimum mass and moments, and balanced moments.
-void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& context) {
+void apply_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& context) {
   const MjcfCompiler& compiler = context.compiler;
   if (inertia.mass < compiler.least_mass) {
     context.decide(inertia.mark,
@@ -272,8 +272,8 @@ void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& cont
                   three(found)),
       body.name);
   const Eigen::MatrixXd& axes = solver.eigenvectors();
-  const Eigen::MatrixXd kept = axes * moments.asDiagonal() * axes.transpose();
-  inertia.inertia = {kept(0, 0), kept(1, 1), kept(2, 2), kept(0, 1), kept(0, 2), kept(1, 2)};
+  const Eigen::MatrixXd bounded = axes * moments.asDiagonal() * axes.transpose();
+  inertia.inertia = {bounded(0, 0), bounded(1, 1), bounded(2, 2), bounded(0, 1), bounded(0, 2), bounded(1, 2)};
 }
 
 bool is_finite(const Symmetric3d& m) { return std::isfinite(m.xx + m.yy + m.zz) && std::isfinite(m.xy + m.xz + m.yz); }
@@ -331,7 +331,7 @@ std::optional<SourceShape> shape_of(const MjcfPart& part, MjcfContext& context) 
 
 Posed mjcf_place(const MjcfPart& part, MjcfContext& context) {
   const MjcfAttributes& given = part.attributes;
-  if (given.giver("fromto") == nullptr) return part.X_BF * mjcf_pose(given, context.compiler, context.faults);
+  if (given.source("fromto") == nullptr) return part.X_BF * mjcf_pose(given, context.compiler, context.faults);
   const auto points = given.numbers("fromto", 6, context.faults);
   if (!points) return part.X_BF;
   const auto& p = *points;
@@ -341,7 +341,7 @@ Posed mjcf_place(const MjcfPart& part, MjcfContext& context) {
                   fmt::format("fromto of <{}>: the two points are the same", part.element().tag()));
     return part.X_BF;
   }
-  if (given.giver("pos") != nullptr) {
+  if (given.source("pos") != nullptr) {
     const Vector3d pos = given.vector("pos", context.faults).value_or(Vector3d::zero());
     if (norm(pos) > 0)
       context.fault(given.mark("pos"), fmt::format("<{}> has both pos and fromto; give one", part.element().tag()));
@@ -375,7 +375,7 @@ std::optional<SourceInertia> read_mjcf_inertia(const MjcfBody& body, MjcfContext
   }
   // MuJoCo places what has no centre of mass at the body's `pos`, though in the body's own frame.
   if (result.mass == 0 && !has_element && !(by_geoms && has_geoms)) result.com = body.X_PB.p;
-  keep_bounds(body, result, context);
+  apply_bounds(body, result, context);
   const bool is_nothing =
       result.mass == 0 && result.inertia.xx == 0 && result.inertia.yy == 0 && result.inertia.zz == 0;
   if (is_nothing && !has_element) return std::nullopt;

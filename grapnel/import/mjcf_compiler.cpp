@@ -19,12 +19,12 @@ void MjcfCompiler::read(const MjcfElement& element, FaultList& faults) {
   static constexpr std::array kAngles{"degree", "radian"};
   static constexpr std::array kInertia{"auto", "true", "false"};
   static constexpr std::array kCoordinates{"local", "global"};
-  if (given.giver("angle") != nullptr) degrees = given.word("angle", kAngles, faults) == "degree";
-  if (given.giver("autolimits") != nullptr) autolimits = given.flag("autolimits", true, faults);
-  if (given.giver("balanceinertia") != nullptr) balance_inertia = given.flag("balanceinertia", false, faults);
-  if (given.giver("exactmeshinertia") != nullptr) exact_meshes = given.flag("exactmeshinertia", false, faults);
-  if (given.giver("strippath") != nullptr) strip_paths = given.flag("strippath", false, faults);
-  if (given.giver("inertiafromgeom") != nullptr) {
+  if (given.source("angle") != nullptr) degrees = given.word("angle", kAngles, faults) == "degree";
+  if (given.source("autolimits") != nullptr) autolimits = given.flag("autolimits", true, faults);
+  if (given.source("balanceinertia") != nullptr) balance_inertia = given.flag("balanceinertia", false, faults);
+  if (given.source("exactmeshinertia") != nullptr) exact_meshes = given.flag("exactmeshinertia", false, faults);
+  if (given.source("strippath") != nullptr) strip_paths = given.flag("strippath", false, faults);
+  if (given.source("inertiafromgeom") != nullptr) {
     const std::string word = given.word("inertiafromgeom", kInertia, faults);
     inertia = word == "true"    ? Inertia::from_geoms
               : word == "false" ? Inertia::from_element
@@ -35,7 +35,7 @@ void MjcfCompiler::read(const MjcfElement& element, FaultList& faults) {
                "global coordinates are not supported (MuJoCo has none since 2.3.4): save the model by an older MuJoCo, "
                "which writes local ones");
   }
-  if (given.giver("eulerseq") != nullptr) {
+  if (given.source("eulerseq") != nullptr) {
     const std::string sequence = given.text("eulerseq");
     if (sequence.size() == 3 && sequence.find_first_not_of("xyzXYZ") == std::string::npos) {
       eulerseq = sequence;
@@ -62,9 +62,9 @@ void MjcfCompiler::read(const MjcfElement& element, FaultList& faults) {
     last_group = static_cast<int>(std::clamp((*range)[1], -1e9, 1e9));
   }
   // assetdir stands for meshdir and texturedir, which replace it.
-  if (given.giver("meshdir") != nullptr) {
+  if (given.source("meshdir") != nullptr) {
     meshdir = given.text("meshdir");
-  } else if (given.giver("assetdir") != nullptr) {
+  } else if (given.source("assetdir") != nullptr) {
     meshdir = given.text("assetdir");
   }
   for (const MjcfElement& child : element.children) {
@@ -138,11 +138,11 @@ constexpr std::array<RotationForm, 5> kRotationForms{
 const RotationForm* rotation_form(const MjcfAttributes& attributes, FaultList& faults) {
   const RotationForm* form = nullptr;
   for (const RotationForm& next : kRotationForms) {
-    const MjcfElement* giver = attributes.giver(next.attribute);
-    if (giver == nullptr) continue;
-    const bool replaces_quaternion = form == kRotationForms.data() && attributes.giver(form->attribute) != giver;
+    const MjcfElement* source = attributes.source(next.attribute);
+    if (source == nullptr) continue;
+    const bool replaces_quaternion = form == kRotationForms.data() && attributes.source(form->attribute) != source;
     if (form != nullptr && !replaces_quaternion) {
-      faults.add(giver->mark(next.attribute),
+      faults.add(source->mark(next.attribute),
                  fmt::format("<{}> has two orientations, {} and {}; give one (default classes count)",
                              attributes.element().tag(), form->attribute, next.attribute));
       return nullptr;
@@ -277,7 +277,7 @@ void MjcfPassedOver::element(const MjcfElement& element, const std::string& reas
   if (count.count++ == 0) count.first = element.mark();
 }
 
-void MjcfPassedOver::say(std::vector<ImportDecision>& decisions) const {
+void MjcfPassedOver::report(std::vector<ImportDecision>& decisions) const {
   for (const auto& [key, count] : elements_) {
     const auto& [tag, reason] = key;
     decisions.push_back(

@@ -272,7 +272,7 @@ std::optional<std::pair<double, double>> mjcf_range(const MjcfAttributes& given,
     return std::nullopt;
   }
   if (!values || !((*values)[0] < (*values)[1])) {
-    if (values || given.giver(range) == nullptr)
+    if (values || given.source(range) == nullptr)
       context.fault(given.mark(values ? range : switched),
                     values ? fmt::format("{} of <{}> goes from {} to {}, expected a lower and a higher value", range,
                                          given.element().tag(), (*values)[0], (*values)[1])

@@ -121,35 +121,35 @@ void MjcfFiles::include(const XmlFile& file, const pugi::xml_node& node, int dep
 
 // ---- Attributes ----
 
-const MjcfElement* MjcfAttributes::giver(const char* attribute) const {
+const MjcfElement* MjcfAttributes::source(const char* attribute) const {
   const auto found =
       std::find_if(layers.rbegin(), layers.rend(), [&](const MjcfElement* layer) { return layer->has(attribute); });
   return found == layers.rend() ? nullptr : *found;
 }
 
 Mark MjcfAttributes::mark(const char* attribute) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   return from != nullptr ? from->mark(attribute) : element().mark();
 }
 
 std::string MjcfAttributes::text(const char* attribute, const char* otherwise) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   return from != nullptr ? from->text(attribute) : otherwise;
 }
 
 std::optional<double> MjcfAttributes::number(const char* attribute, FaultList& faults) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   return from != nullptr ? from->file->number(from->node, attribute, faults) : std::nullopt;
 }
 
 std::optional<Vector3d> MjcfAttributes::vector(const char* attribute, FaultList& faults) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   return from != nullptr ? from->file->vector(from->node, attribute, faults) : std::nullopt;
 }
 
 std::optional<std::vector<double>> MjcfAttributes::numbers(const char* attribute, std::size_t count,
                                                            FaultList& faults) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   return from != nullptr ? from->file->numbers(from->node, attribute, count, faults) : std::nullopt;
 }
 
@@ -170,12 +170,12 @@ std::vector<double> MjcfAttributes::overlaid(const char* attribute, std::vector<
 }
 
 std::string MjcfAttributes::word(const char* attribute, std::span<const char* const> words, FaultList& faults) const {
-  const MjcfElement* from = giver(attribute);
+  const MjcfElement* from = source(attribute);
   if (from == nullptr) return words[0];
-  const std::string said = from->text(attribute);
-  if (std::ranges::find(words, said) != words.end()) return said;
-  faults.add(from->mark(attribute), fmt::format("{} of <{}> is {}{}", attribute, from->tag(), in_quotes(said),
-                                                suggestion(said, {words.begin(), words.end()})));
+  const std::string value = from->text(attribute);
+  if (std::ranges::find(words, value) != words.end()) return value;
+  faults.add(from->mark(attribute), fmt::format("{} of <{}> is {}{}", attribute, from->tag(), in_quotes(value),
+                                                suggestion(value, {words.begin(), words.end()})));
   return words[0];
 }
 

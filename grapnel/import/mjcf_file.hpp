@@ -68,7 +68,7 @@ struct MjcfAttributes {
 
   const MjcfElement& element() const { return *layers.back(); }
   /// The layer that gives an attribute; null if none does.
-  const MjcfElement* giver(const char* attribute) const;
+  const MjcfElement* source(const char* attribute) const;
   /// Where an attribute is given, else the element.
   Mark mark(const char* attribute) const;
   std::string text(const char* attribute, const char* otherwise = "") const;
@@ -149,7 +149,7 @@ class MjcfPassedOver {
   /// Counts an element; `reason` follows its tag in the sentence.
   void element(const MjcfElement& element, const std::string& reason);
 
-  void say(std::vector<ImportDecision>& decisions) const;
+  void report(std::vector<ImportDecision>& decisions) const;
 
  private:
   struct Count {

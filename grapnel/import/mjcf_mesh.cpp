@@ -108,10 +108,10 @@ MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context) {
   const MjcfAttributes given = context.defaults.attributes(element, "mesh", "", context.faults);
   MjcfMesh mesh;
   mesh.element = &element;
-  const std::filesystem::path said = given.text("file");
-  mesh.name = given.text("name", said.stem().string().c_str());
+  const std::filesystem::path path = given.text("file");
+  mesh.name = given.text("name", path.stem().string().c_str());
   if (mesh.name.empty()) context.fault(element.mark(), "<mesh> has neither a name nor a file");
-  const std::filesystem::path file = context.compiler.strip_paths ? said.filename() : said;
+  const std::filesystem::path file = context.compiler.strip_paths ? path.filename() : path;
   mesh.file = (file.is_absolute() ? file : std::filesystem::path(context.compiler.meshdir) / file).string();
   mesh.scale = given.vector("scale", context.faults).value_or(Vector3d{1, 1, 1});
   // MuJoCo's vertices are scale * R^T (v - p) with refpos p and refquat R.
@@ -127,7 +127,7 @@ MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context) {
   if (inertia == "convex" || inertia == "shell") mesh.other_inertia = inertia;
   const bool uniform = mesh.scale[0] == mesh.scale[1] && mesh.scale[1] == mesh.scale[2];
   const std::string extension = extension_of(mesh.file);
-  if (said.empty()) {
+  if (path.empty()) {
     mesh.unusable = "its mesh has no file";
   } else if (extension != "stl" && extension != "obj") {
     mesh.unusable = "its mesh is neither .stl nor .obj";

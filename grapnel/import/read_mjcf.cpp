@@ -377,7 +377,7 @@ SourceModel read_mjcf(const std::filesystem::path& file, std::string text, Fault
     RobotMaker(tree, *robot, context, model).make();
     read_mjcf_drives(root, tree, *robot, context, model);
   }
-  context.passed_over.say(context.decisions);
+  context.passed_over.report(context.decisions);
   model.decisions = std::move(context.decisions);
   return model;
 }

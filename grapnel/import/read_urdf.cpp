@@ -105,7 +105,7 @@ class UrdfReader {
       decide(file_.first_expression(), fmt::format("{} in place of a number, as here: its value is used",
                                                    counted(file_.expressions(), "arithmetic expression")));
     if (model_.links.empty() && faults_.empty()) faults_.add(file_.mark(root), "the robot has no <link>");
-    say_left_out();
+    report_omitted();
     return std::move(model_);
   }
 
@@ -171,7 +171,7 @@ class UrdfReader {
     ++it->second.count;
   }
 
-  void say_left_out() {
+  void report_omitted() {
     for (const std::string& name : order_) {
       const Count& count = left_out_[name];
       const auto* const known =
@@ -382,11 +382,11 @@ class UrdfReader {
     const xml_node limits = node.child("limit");
     const bool turns = joint.kind != SourceJoint::Kind::prismatic;
     joint.limit_mark = file_.mark(limits ? limits : node);
-    const auto say = [&](const std::string& text) {
+    const auto note = [&](const std::string& text) {
       decide(joint.limit_mark, fmt::format("joint {}: {}", in_quotes(joint.name), text), joint.name);
     };
     if (!limits) {
-      if (joint.kind != SourceJoint::Kind::continuous) say("no <limit>; it moves without bounds");
+      if (joint.kind != SourceJoint::Kind::continuous) note("no <limit>; it moves without bounds");
       return;
     }
     joint.lower = limit(limits, "lower"), joint.upper = limit(limits, "upper");
@@ -394,28 +394,29 @@ class UrdfReader {
     const bool some = limits.attribute("lower") || limits.attribute("upper");
     if (joint.kind == SourceJoint::Kind::continuous) {
       if (joint.lower.value_or(0) != 0 || joint.upper.value_or(0) != 0)
-        say("lower and upper limits of a continuous joint have no meaning, omitted");
+        note("lower and upper limits of a continuous joint have no meaning, omitted");
       joint.lower = joint.upper = {};
     } else if (!some) {
-      say("<limit> has no lower and no upper; no limits are assumed, because it could not move with URDF's default of "
+      note(
+          "<limit> has no lower and no upper; no limits are assumed, because it could not move with URDF's default of "
           "0");
     } else {
-      if (!limits.attribute("lower")) joint.lower = 0, say("<limit> has no lower; it is 0, URDF's default");
-      if (!limits.attribute("upper")) joint.upper = 0, say("<limit> has no upper; it is 0, URDF's default");
+      if (!limits.attribute("lower")) joint.lower = 0, note("<limit> has no lower; it is 0, URDF's default");
+      if (!limits.attribute("upper")) joint.upper = 0, note("<limit> has no upper; it is 0, URDF's default");
       if (joint.lower == 0.0 && joint.upper == 0.0) {
         joint.lower = joint.upper = {};
-        say("lower and upper limit are 0; no limits are assumed, because it could not move (lock it to keep it at 0)");
+        note("lower and upper limit are 0; no limits are assumed, because it could not move (lock it to keep it at 0)");
       }
     }
     if (joint.rate == 0.0) {
       joint.rate = {};
-      say(fmt::format("the velocity limit is 0 {}; no limit is assumed, because it could not move",
-                      turns ? "rad/s" : "m/s"));
+      note(fmt::format("the velocity limit is 0 {}; no limit is assumed, because it could not move",
+                       turns ? "rad/s" : "m/s"));
     }
     if (joint.effort == 0.0) {
       joint.effort = {};
-      say(fmt::format("the effort limit is 0 {}; no limit is assumed, because no drive could move it",
-                      turns ? "N m" : "N"));
+      note(fmt::format("the effort limit is 0 {}; no limit is assumed, because no drive could move it",
+                       turns ? "N m" : "N"));
     }
   }
 

@@ -30,11 +30,11 @@ class WheelMaker {
   }
 
   // Empty after a fault.
-  std::optional<WheelOfJoint> make(int j, const Mark& asked) {
+  std::optional<WheelOfJoint> make(int j, const Mark& mark) {
     const SourceJoint& joint = model_.joints[j];
     WheelOfJoint wheel;
     wheel.joint = j;
-    const auto rotor = rotor_of(j, asked, wheel.links);
+    const auto rotor = rotor_of(j, mark, wheel.links);
     if (!rotor) return {};
     const std::string named = "joint " + in_quotes(joint.name);
     const double mass = rotor->inertia.mass;
@@ -43,7 +43,7 @@ class WheelMaker {
     const Vector3d Ia = I * a;
     const double J = dot(a, Ia);
     if (!(J > 0)) {
-      faults_.add(asked, fmt::format("{} cannot be a wheel: what it turns has no inertia about its axis", named));
+      faults_.add(mark, fmt::format("{} cannot be a wheel: what it turns has no inertia about its axis", named));
       return {};
     }
     const Vector3d from_axis = cross(a, rotor->inertia.com() - rotor->point);
@@ -51,10 +51,10 @@ class WheelMaker {
     if (norm(from_axis) > kUnbalanced * std::sqrt(J / mass) || norm(Ia - J * a) > kUnbalanced * J ||
         spread > kUnbalanced * std::max(J, across)) {
       faults_.add(
-          asked, fmt::format("{} cannot be a wheel, which is a balanced rotor: its centre of mass is {:.3g} m from the "
-                             "axis, its product of inertia {:.3g}, and its moments across the axis differ by {:.3g} of "
-                             "{:.3g} kg m^2",
-                             named, norm(from_axis), norm(Ia - J * a), spread, J));
+          mark, fmt::format("{} cannot be a wheel, which is a balanced rotor: its centre of mass is {:.3g} m from the "
+                            "axis, its product of inertia {:.3g}, and its moments across the axis differ by {:.3g} of "
+                            "{:.3g} kg m^2",
+                            named, norm(from_axis), norm(Ia - J * a), spread, J));
       return {};
     }
     wheel.axis = a;
@@ -77,10 +77,10 @@ class WheelMaker {
     return std::hypot(dot(u, I * u) - dot(v, I * v), 2 * dot(u, I * v));
   }
 
-  std::optional<Rotor> rotor_of(int j, const Mark& asked, std::vector<int>& links) {
+  std::optional<Rotor> rotor_of(int j, const Mark& mark, std::vector<int>& links) {
     const SourceJoint& joint = model_.joints[j];
     const auto refuse = [&](const std::string& why) {
-      faults_.add(asked, fmt::format("joint {} cannot be a wheel: {}", in_quotes(joint.name), why));
+      faults_.add(mark, fmt::format("joint {} cannot be a wheel: {}", in_quotes(joint.name), why));
       return std::nullopt;
     };
     if (joint.kind != SourceJoint::Kind::revolute && joint.kind != SourceJoint::Kind::continuous)
@@ -122,10 +122,10 @@ std::vector<WheelOfJoint> wheels_of_joints(const SourceModel& model, const LinkT
   WheelMaker maker(model, tree, grouped, decisions, faults);
   const auto joints = indices_of(model.joints);
   std::vector<WheelOfJoint> wheels;
-  for (const StatedName& asked : options.wheels) {
-    const auto it = joints.find(asked.name);
+  for (const StatedName& requested : options.wheels) {
+    const auto it = joints.find(requested.name);
     if (it == joints.end() || faults.full()) continue;  // has been reported
-    if (auto wheel = maker.make(it->second, asked.mark)) wheels.push_back(std::move(*wheel));
+    if (auto wheel = maker.make(it->second, requested.mark)) wheels.push_back(std::move(*wheel));
   }
   return wheels;
 }

@@ -18,15 +18,15 @@ using Square = Eigen::Matrix<double, kStages, kStages>;
 using Wide = Eigen::Matrix<long double, kStages, kStages>;
 using WideColumn = Eigen::Matrix<long double, kStages, 1>;
 
-constexpr double kIncrement = 1e-7;       // increment of finite differences, relative to the numbers' sizes
-constexpr int kMostIterations = 10;       // of Newton's method
-constexpr double kNewtonShare = 1e-3;     // maximum remaining error of the iteration, relative to the tolerances
-constexpr double kRounding = 1e-5;        // relative to the tolerances: an iteration that stalls below it has converged
-constexpr double kSlow = 0.1;             // contraction rate above which new derivatives pay off
-constexpr double kSameLength = 1e-3;      // relative difference of steps that share factors
-constexpr double kMostExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
-constexpr double kMostGrowth = 8, kMostShrinking = 0.1;
-constexpr int kMostAttempts = 120;              // maximum number of attempts of a step, each shorter than the last
+constexpr double kIncrement = 1e-7;      // increment of finite differences, relative to the numbers' sizes
+constexpr int kMaxIterations = 10;       // of Newton's method
+constexpr double kNewtonShare = 1e-3;    // maximum remaining error of the iteration, relative to the tolerances
+constexpr double kRounding = 1e-5;       // relative to the tolerances: an iteration that stalls below it has converged
+constexpr double kSlow = 0.1;            // contraction rate above which new derivatives pay off
+constexpr double kSameLength = 1e-3;     // relative difference of steps that share factors
+constexpr double kMaxExtrapolation = 4;  // maximum extrapolation of the last step's polynomial, in step lengths
+constexpr double kMaxGrowth = 8, kMaxShrinking = 0.1;
+constexpr int kMaxAttempts = 120;               // maximum number of attempts of a step, each shorter than the last
 constexpr double kOrder = 1.0 / (kStages + 1);  // of the estimate, h^6
 
 struct Tableau {
@@ -338,7 +338,7 @@ bool RadauIIA::factorize(double h) {
 // Extrapolates the last step's polynomial; `from`: begin of the step on it, in its lengths.
 void RadauIIA::predict(double h, double from) {
   const double ratio = length_ > 0 ? h / length_ : 0;
-  if (!(ratio > 0 && ratio <= kMostExtrapolation)) {
+  if (!(ratio > 0 && ratio <= kMaxExtrapolation)) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
     return;
   }
@@ -424,7 +424,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
   double before = 0, ratio_before = 0, theta = 0;
   slow_ = false;
   double factor = std::pow(std::max(contraction_, 1e-16), 0.8);  // remaining error relative to the last correction
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     ++iterations_;
     if (!evaluate_stages(h)) return Newton::failed;
     for (int i = 0; i < kStages; ++i) {  // (12.19)
@@ -453,7 +453,7 @@ RadauIIA::Newton RadauIIA::solve_stages(double h) {
     }
     contraction_ = factor;
     if (factor * size <= kNewtonShare || size == 0) return Newton::converged;
-    if (iteration > 0 && factor * size * std::pow(theta, kMostIterations - 1 - iteration) > kNewtonShare)
+    if (iteration > 0 && factor * size * std::pow(theta, kMaxIterations - 1 - iteration) > kNewtonShare)
       return Newton::failed;  // predicted number of iterations exceeds the limit
     before = size;
   }
@@ -522,7 +522,7 @@ bool RadauIIA::step(double limit) {
   }
   slope_known_ = false;
   bool rejected = false;
-  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
     double h = longest_ > 0 ? std::min(proposed_, longest_) : proposed_, t_end = begin_ + h;
     const double left = limit - begin_;
     const bool cut = h > 0.5 * left;
@@ -553,17 +553,17 @@ bool RadauIIA::step(double limit) {
       std::copy(y_begin_.begin() + system_.coupled(), y_begin_.end(), moved_.begin() + system_.coupled());
       if (evaluate({&begin_, 1}, {moved_.data(), y_.size()}, moved_slope_)) error = error_of(h, moved_slope_);
     }
-    const double safety = 0.9 * (2 * kMostIterations + 1) / (2 * kMostIterations + iterations_now_);
+    const double safety = 0.9 * (2 * kMaxIterations + 1) / (2 * kMaxIterations + iterations_now_);
     const double small = std::max(error, 1e-12);
     double growth = safety * std::pow(small, -kOrder);
     if (!(error < 1)) {
       rejected = true;
-      proposed_ = h * std::clamp(growth, kMostShrinking, 0.9);
+      proposed_ = h * std::clamp(growth, kMaxShrinking, 0.9);
       continue;
     }
     if (last_error_ > 0)  // [Gustafsson 1994]: extrapolates the change of the error from the last step to this one
       growth = std::min(growth, safety * h / last_length_ * std::pow(last_error_ / (small * small), kOrder));
-    growth = std::clamp(growth, kMostShrinking, rejected ? 1.0 : kMostGrowth);
+    growth = std::clamp(growth, kMaxShrinking, rejected ? 1.0 : kMaxGrowth);
     last_error_ = std::max(small, 1e-2), last_length_ = h;
     if (slow_) derivatives_known_ = false;
     if (growth > 1 && growth < 1.2 && derivatives_known_) growth = 1;  // reuses the factors

@@ -27,13 +27,13 @@ class LaneColumns {
   }
 
   int rows() const { return room_.rows; }  // total over all closures
-  int first_row(int k) const { return ways_[k].first_row; }
+  int first_row(int k) const { return chains_[k].first_row; }
   const LaneClosure<S>& closure(int k) const { return closures_[k]; }
   const LinkScratch<S>& link_a(int k, const Links& links) const {
-    return links[static_cast<std::size_t>(ways_[k].link_a)];
+    return links[static_cast<std::size_t>(chains_[k].link_a)];
   }
   const LinkScratch<S>& link_b(int k, const Links& links) const {
-    return links[static_cast<std::size_t>(ways_[k].link_b)];
+    return links[static_cast<std::size_t>(chains_[k].link_b)];
   }
   /// Scale of a row such that body b, alone and free, has unit mobility.
   const S& scale(int row) const { return scale_[row]; }
@@ -67,7 +67,7 @@ class LaneColumns {
     int link, slot;
   };
   // Ranges in steps_: from a, from b, from their common ancestor, and the root.
-  struct Way {
+  struct Chain {
     int link_a, link_b;
     int first, end_a, end_b, root;
     int rows, first_row;
@@ -138,7 +138,7 @@ class LaneColumns {
   const Tree<S>& tree_;
   LaneArray<S, LaneClosure<S>> closures_;
   LaneArray<S, Pose<S>> place_;  // of C in link b, per closure
-  LaneArray<S, Way> ways_;
+  LaneArray<S, Chain> chains_;
   const Room room_;
   int step_count_ = 0, slot_count_ = 0, pair_count_ = 0, shared_count_ = 0;
   LaneArray<S, Step> steps_;
@@ -159,7 +159,7 @@ LaneColumns<S>::LaneColumns(const PhaseTables& tables, const Tree<S>& tree)
       tree_(tree),
       closures_(tables.loop_count),
       place_(tables.loop_count),
-      ways_(tables.loop_count),
+      chains_(tables.loop_count),
       room_(tables),
       steps_(room_.steps),
       pairs_(tables.loop_count * tables.loop_count),
@@ -179,17 +179,17 @@ void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
   int row = 0;
   for (int k = 0; k < tables_.loop_count; ++k) {
     const LoopTable& table = tables_.loops[k];
-    Way& way = ways_[k];
-    way.link_a = place[table.link_a], way.link_b = place[table.link_b];
-    way.rows = table.rows(), way.first_row = row;
-    row += way.rows;
+    Chain& chain = chains_[k];
+    chain.link_a = place[table.link_a], chain.link_b = place[table.link_b];
+    chain.rows = table.rows(), chain.first_row = row;
+    row += chain.rows;
     const auto depth = [&](int link) {
       int d = 0;
       for (int l = link; l >= 0; l = link_of(l).parent) ++d;
       return d;
     };
     // Common ancestor of both sides.
-    int a = way.link_a, b = way.link_b;
+    int a = chain.link_a, b = chain.link_b;
     while (depth(a) > depth(b)) a = link_of(a).parent;
     while (depth(b) > depth(a)) b = link_of(b).parent;
     while (a != b) a = link_of(a).parent, b = link_of(b).parent;
@@ -197,16 +197,16 @@ void LaneColumns<S>::lay_out(const LaneArray<S, int>& place) {
       steps_[step_count_++] = {link, slot_count_};
       slot_count_ += slots_of(link_of(link));
     };
-    way.first = step_count_;
-    for (int l = way.link_a; l != a; l = link_of(l).parent) add(l);
-    way.end_a = step_count_;
-    for (int l = way.link_b; l != a; l = link_of(l).parent) add(l);
-    way.end_b = step_count_;
+    chain.first = step_count_;
+    for (int l = chain.link_a; l != a; l = link_of(l).parent) add(l);
+    chain.end_a = step_count_;
+    for (int l = chain.link_b; l != a; l = link_of(l).parent) add(l);
+    chain.end_b = step_count_;
     for (int l = a; l >= 0; l = link_of(l).parent) add(l);
-    way.root = step_count_ - 1;
-    way.same_root = k;
+    chain.root = step_count_ - 1;
+    chain.same_root = k;
     for (int l = k; l-- > 0;) {
-      if (steps_[ways_[l].root].link == steps_[way.root].link) way.same_root = l;
+      if (steps_[chains_[l].root].link == steps_[chain.root].link) chain.same_root = l;
     }
   }
   lay_out_pairs();
@@ -218,8 +218,8 @@ template <class F>
 void LaneColumns<S>::for_shared_slots(F&& found) const {
   for (int k = 0; k < tables_.loop_count; ++k) {
     for (int l = 0; l < k; ++l) {
-      for (int s = ways_[k].first; s <= ways_[k].root; ++s) {
-        for (int t = ways_[l].first; t <= ways_[l].root; ++t) {
+      for (int s = chains_[k].first; s <= chains_[k].root; ++s) {
+        for (int t = chains_[l].first; t <= chains_[l].root; ++t) {
           if (steps_[s].link != steps_[t].link) continue;
           for (int i = 0; i < slots_of(link_of(steps_[s].link)); ++i)
             found(k, l, steps_[s].slot + i, steps_[t].slot + i);
@@ -270,7 +270,7 @@ template <class S>
 void LaneColumns<S>::locate_all(const Links& links) {
   using namespace recursion;
   for (int k = 0; k < tables_.loop_count; ++k) {
-    const Way& way = ways_[k];
+    const Chain& chain = chains_[k];
     // Copied number by number: copying the whole structure goes through memcpy and stalls the following reads.
     Pose<S>& X = place_[k];
     const Pose<S>& X_aC = closures_[k].X_aC;
@@ -286,10 +286,10 @@ void LaneColumns<S>::locate_all(const Links& links) {
         if constexpr (!kIsRoot<decltype(joint)>) see(joint, link, links[static_cast<std::size_t>(steps_[s].link)]);
       });
     };
-    for (int s = way.first; s < way.end_a; ++s)
+    for (int s = chain.first; s < chain.end_a; ++s)
       at_step(
           s, [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_parent(joint, link, w, X); });
-    for (int s = way.end_b; s-- > way.end_a;)
+    for (int s = chain.end_b; s-- > chain.end_a;)
       at_step(s,
               [&](auto joint, const TreeLink<S>& link, const LinkScratch<S>& w) { see_from_link(joint, link, w, X); });
   }
@@ -454,7 +454,7 @@ template <class S>
 SpatialAcceleration<S> LaneColumns<S>::solve_root(std::size_t link, const ArticulatedInertia<S>& I,
                                                   const Wrench<S>& F) const {
   int k = 0;
-  while (k < tables_.loop_count && static_cast<std::size_t>(steps_[ways_[k].root].link) != link) ++k;
+  while (k < tables_.loop_count && static_cast<std::size_t>(steps_[chains_[k].root].link) != link) ++k;
   if (k == tables_.loop_count) return solve_articulated(I, F);
   const RootFactor& root = root_factor_[k];
   S x[6] = {F.angular[0], F.angular[1], F.angular[2], F.linear[0], F.linear[1], F.linear[2]};
@@ -476,11 +476,11 @@ SpatialAcceleration<S> LaneColumns<S>::solve_root(std::size_t link, const Articu
 template <class S>
 template <bool kMoving>
 void LaneColumns<S>::arrive(int k) {
-  const Way& way = ways_[k];
-  const RootFactor& root = root_factor_[way.same_root];
-  const int slot = steps_[way.root].slot;
+  const Chain& chain = chains_[k];
+  const RootFactor& root = root_factor_[chain.same_root];
+  const int slot = steps_[chain.root].slot;
   S* wrench = root_wrench_.data() + k * 6 * kMostRows;
-  for (int r = 0; r < way.rows; ++r) {
+  for (int r = 0; r < chain.rows; ++r) {
     const S* F = bundle_[r];
     S x[6];  // L^-1 F
     S free(0.0);
@@ -505,29 +505,29 @@ void LaneColumns<S>::arrive(int k) {
 template <class S>
 template <bool kMoving>
 void LaneColumns<S>::carry(int k, const DynamicsInput<S>& in, const Links& links) {
-  const Way& way = ways_[k];
+  const Chain& chain = chains_[k];
   // Factored before the chains are carried; it is a chain of dependent divisions that other operations can overlap.
-  if (way.same_root == k) {
-    const int root = steps_[way.root].link;
+  if (chain.same_root == k) {
+    const int root = steps_[chain.root].link;
     factor_root(root_factor_[k], link_of(root), links[static_cast<std::size_t>(root)], in);
   }
-  for (int r = 0; r < way.rows; ++r) acceleration_[r] = squares_[r] = S(0.0);
+  for (int r = 0; r < chain.rows; ++r) acceleration_[r] = squares_[r] = S(0.0);
   begin_bundle(k, closures_[k].X_aC, false);
-  climb<kMoving>(way.first, way.end_a, way.rows, in, links);
+  climb<kMoving>(chain.first, chain.end_a, chain.rows, in, links);
   S from_a[kMostRows][6];
-  for (int r = 0; r < way.rows; ++r) {
+  for (int r = 0; r < chain.rows; ++r) {
     for (int c = 0; c < 6; ++c) from_a[r][c] = bundle_[r][c];
   }
   begin_bundle(k, place_[k], true);
-  climb<kMoving>(way.end_a, way.end_b, way.rows, in, links);
-  for (int r = 0; r < way.rows; ++r) {
+  climb<kMoving>(chain.end_a, chain.end_b, chain.rows, in, links);
+  for (int r = 0; r < chain.rows; ++r) {
     for (int c = 0; c < 6; ++c) bundle_[r][c] += from_a[r][c];
   }
-  climb<kMoving>(way.end_b, way.root, way.rows, in, links);
+  climb<kMoving>(chain.end_b, chain.root, chain.rows, in, links);
   arrive<kMoving>(k);
-  for (int r = 0; r < way.rows; ++r) {
-    sums_[way.first_row + r] = acceleration_[r];
-    square_sums_[way.first_row + r] = squares_[r];
+  for (int r = 0; r < chain.rows; ++r) {
+    sums_[chain.first_row + r] = acceleration_[r];
+    square_sums_[chain.first_row + r] = squares_[r];
   }
 }
 
@@ -535,7 +535,8 @@ template <class S>
 template <bool kMoving>
 void LaneColumns<S>::carry_all(const DynamicsInput<S>& in, const Links& links) {
   for (int k = 0; k < tables_.loop_count; ++k) {
-    for (int r = 0; r < ways_[k].rows; ++r) scale_[ways_[k].first_row + r] = closures_[k].scale(tables_.loops[k], r);
+    for (int r = 0; r < chains_[k].rows; ++r)
+      scale_[chains_[k].first_row + r] = closures_[k].scale(tables_.loops[k], r);
     carry<kMoving>(k, in, links);
   }
 }
@@ -550,11 +551,11 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
     for (int j = 0; j < i; ++j) pivots.at(i, j) = S(0.0);
   }
   for (int k = 0; k < tables_.loop_count; ++k) {
-    const Way& way = ways_[k];
-    const int first = steps_[way.first].slot, end = steps_[way.root].slot + 6;
+    const Chain& chain = chains_[k];
+    const int first = steps_[chain.first].slot, end = steps_[chain.root].slot + 6;
     // Computes all columns of a row together, so that loaded values are reused.
     const auto weigh_row = [&]<int r>(std::integral_constant<int, r>) {
-      if (r >= way.rows) return;
+      if (r >= chain.rows) return;
       S sums[r + 1];
 #pragma GCC unroll 6
       for (int c = 0; c <= r; ++c) sums[c] = S(0.0);
@@ -565,14 +566,14 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
         for (int c = 0; c <= r; ++c) sums[c] += z * K[c];
       }
 #pragma GCC unroll 6
-      for (int c = 0; c <= r; ++c) put(way.first_row + r, way.first_row + c, sums[c]);
+      for (int c = 0; c <= r; ++c) put(chain.first_row + r, chain.first_row + c, sums[c]);
     };
     [&]<int... r>(std::integer_sequence<int, r...>) { (weigh_row(std::integral_constant<int, r>{}), ...); }
     (std::make_integer_sequence<int, kMostRows>{});
   }
   for (int p = 0; p < pair_count_; ++p) {
     const Pair& pair = pairs_[p];
-    const Way &k = ways_[pair.k], &l = ways_[pair.l];
+    const Chain &k = chains_[pair.k], &l = chains_[pair.l];
     for (int r = 0; r < k.rows; ++r) {
       for (int c = 0; c < l.rows; ++c) {
         S sum(0.0);
@@ -587,14 +588,14 @@ void LaneColumns<S>::weigh(LanePivots<S>& pivots) const {
 template <class S>
 void LaneColumns<S>::impose(const S* rows, std::span<const std::uint8_t> prescribed, Links& links) const {
   for (int k = 0; k < tables_.loop_count; ++k) {
-    const Way& way = ways_[k];
-    const S* x = rows + way.first_row;
+    const Chain& chain = chains_[k];
+    const S* x = rows + chain.first_row;
     const auto weighted = [&](const S* of_rows) {
       S sum(0.0);
-      for (int r = 0; r < way.rows; ++r) sum += of_rows[r] * x[r];
+      for (int r = 0; r < chain.rows; ++r) sum += of_rows[r] * x[r];
       return sum;
     };
-    for (int s = way.first; s < way.root; ++s) {
+    for (int s = chain.first; s < chain.root; ++s) {
       const TreeLink<S>& link = link_of(steps_[s].link);
       LinkScratch<S>& w = links[static_cast<std::size_t>(steps_[s].link)];
       const int slot = steps_[s].slot;
@@ -606,7 +607,7 @@ void LaneColumns<S>::impose(const S* rows, std::span<const std::uint8_t> prescri
         w.g += weighted(rows_at(z_, slot));
       }
     }
-    LinkScratch<S>& root = links[static_cast<std::size_t>(steps_[way.root].link)];
+    LinkScratch<S>& root = links[static_cast<std::size_t>(steps_[chain.root].link)];
     const S* wrench = root_wrench_.data() + k * 6 * kMostRows;
     GRAPNEL_UNROLL
     for (int c = 0; c < 3; ++c) {

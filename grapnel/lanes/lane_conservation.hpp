@@ -78,7 +78,7 @@ struct PackDeviation {
   GRAPNEL_INLINE void exchange(const S* rates, const S& duration) {
     for (int k = 0; k < phase_integral::kExchangeCount; ++k) exchanged[k] += rates[k] * duration;
   }
-  GRAPNEL_INLINE void look(const PackTree<S>& start, const PackTree<S>& now, const PackIntegrals<S>& since) {
+  GRAPNEL_INLINE void update(const PackTree<S>& start, const PackTree<S>& now, const PackIntegrals<S>& since) {
     linear = max(linear, norm(Vector3<S>(now.linear - start.linear - since.linear)));
     angular = max(angular, norm(Vector3<S>(now.angular - start.angular - since.angular)));
     energy = max(energy, abs(S((now.size.inner_energy - start.size.inner_energy) - since.work)));

@@ -121,9 +121,9 @@ class LaneCommands {
  public:
   explicit LaneCommands(const PhaseTables& tables)
       : numbers_(tables.control.command_numbers()),
-        most_(tables.control.is_sampled ? tables.control.most_on_their_way : 0),
+        most_(tables.control.is_sampled ? tables.control.max_delayed_count : 0),
         held_(numbers_),
-        said_(numbers_),
+        computed_(numbers_),
         held_before_(numbers_),
         queue_(most_ * numbers_) {}
 
@@ -131,11 +131,11 @@ class LaneCommands {
   void hold(int lane, const double* command) {
     for (int i = 0; i < numbers_; ++i) held_[i].set(lane, command[i]);
   }
-  /// Loads a case's commands into a lane: the active one, then `on_their_way` delayed ones.
-  void load(int lane, const double* commands, int on_their_way) {
+  /// Loads a case's commands into a lane: the active one, then `delayed_count` delayed ones.
+  void load(int lane, const double* commands, int delayed_count) {
     hold(lane, commands);
-    for (int i = 0; i < on_their_way * numbers_; ++i) queue_[i].set(lane, commands[numbers_ + i]);
-    first_[lane] = 0, waiting_[lane] = on_their_way;
+    for (int i = 0; i < delayed_count * numbers_; ++i) queue_[i].set(lane, commands[numbers_ + i]);
+    first_[lane] = 0, waiting_[lane] = delayed_count;
   }
   /// Zeros the commands of an idle lane.
   void clear(int lane) {
@@ -143,7 +143,7 @@ class LaneCommands {
     first_[lane] = waiting_[lane] = 0;
   }
   /// A command's numbers: newly computed in all lanes, and active.
-  S& said(int number) { return said_[number]; }
+  S& computed(int number) { return computed_[number]; }
   const S& held(int number) const { return held_[number]; }
   const S* held_from(int number) const { return held_.data() + number; }
 
@@ -154,7 +154,7 @@ class LaneCommands {
     for (int k = 0; k < interval.due; ++k) act(lane);
     if (!interval.samples) return;
     const int at = (first_[lane] + waiting_[lane]++) % most_ * numbers_;
-    for (int i = 0; i < numbers_; ++i) queue_[at + i].set(lane, said_[i].get(lane));
+    for (int i = 0; i < numbers_; ++i) queue_[at + i].set(lane, computed_[i].get(lane));
     if (interval.acts_at_once) act(lane);
   }
 
@@ -164,7 +164,7 @@ class LaneCommands {
     first_[lane] = first_before_[lane], waiting_[lane] = waiting_before_[lane];
   }
 
-  int on_their_way(int lane) const { return waiting_[lane]; }
+  int delayed_count(int lane) const { return waiting_[lane]; }
   /// Writes the commands in the format of load().
   void write(int lane, double* out) const {
     for (int i = 0; i < numbers_; ++i) *out++ = held_[i].get(lane);
@@ -182,7 +182,7 @@ class LaneCommands {
   }
 
   int numbers_, most_;
-  LaneArray<S> held_, said_, held_before_;
+  LaneArray<S> held_, computed_, held_before_;
   LaneArray<S> queue_;  // a ring buffer per lane
   int first_[S::kWidth] = {}, waiting_[S::kWidth] = {};
   int first_before_[S::kWidth] = {}, waiting_before_[S::kWidth] = {};
@@ -285,7 +285,7 @@ class LaneDynamics {
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
   LaneArray<S> motor_, friction_, spring_;  // friction_: includes dampers parallel to springs
-  LaneArray<S> pieces_;                     // the interval's
+  LaneArray<S> block_;                      // the interval's
   LaneNoise<S> noise_;
   LaneCommands<S> commands_;
   bool is_sampling_ = false;
@@ -313,7 +313,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
       motor_(tables.link_count),
       friction_(tables.link_count),
       spring_(tables.link_count),
-      pieces_(tables.piece_numbers),
+      block_(tables.block_size),
       noise_(tables),
       commands_(tables),
       force_(tables.velocities),
@@ -393,7 +393,7 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
   wheels_.load_case(lane, record);
   loops_.load_case(lane, record.loops);
   if (record.commands != nullptr) {
-    commands_.load(lane, record.commands, record.on_their_way);
+    commands_.load(lane, record.commands, record.delayed_count);
   } else {
     commands_.clear(lane);
   }
@@ -401,7 +401,7 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
 
 template <class S>
 void LaneDynamics<S>::load_block(int lane, const double* block) {
-  for (int i = 0; i < tables_.piece_numbers; ++i) pieces_[i].set(lane, block[i]);
+  for (int i = 0; i < tables_.block_size; ++i) block_[i].set(lane, block[i]);
 }
 
 // References of all driven joints read by control laws.
@@ -418,15 +418,15 @@ void LaneDynamics<S>::refer(const S& t) {
   }
 }
 
-// Reference of one joint. Not evaluate(JointTrajectory): here the pieces of all cases are series of equal length, so
+// Reference of one joint. Not evaluate(JointTrajectory): here the segments of all cases are series of equal length, so
 // one instruction serves all lanes. The order of summation differs, and therefore the last bits.
 template <class S>
 template <bool kSecond>
 GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& r) const {
-  const S* piece = pieces_.data() + link.piece;
-  const S* c = piece + kPieceSeries;
-  const S inverse_half = piece[kPieceInverseHalf];
-  const S x = max(S(-1.0), min(S(1.0), S((t - piece[kPieceMiddle]) * inverse_half)));
+  const S* segment = block_.data() + link.block_offset;
+  const S* c = segment + kSegmentSeries;
+  const S inverse_half = segment[kSegmentInverseHalf];
+  const S x = max(S(-1.0), min(S(1.0), S((t - segment[kSegmentMiddle]) * inverse_half)));
   const S x2 = x + x;
   // Clenshaw's recurrence and its derivatives, see joint_trajectory.cpp.
   S b1(0.0), b2(0.0), d1(0.0), d2(0.0), e1(0.0), e2(0.0);
@@ -446,13 +446,13 @@ GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S&
   if (link.is_cycloidal) {
     // travel (u - sin(2 pi u) / (2 pi)) with u = (1 + x) / 2, where the sine is -sin(pi x).
     constexpr double kPi = 3.14159265358979323846;
-    const S travel = piece[kPieceTravel];
+    const S travel = segment[kSegmentTravel];
     const SineCosine<S> turn = sine_cosine(S(S(kPi) * x));
     r.position += travel * S(S(0.5) + (S(0.5) * x + S(0.5 / kPi) * turn.sine));
     slope += travel * S(S(0.5) + S(0.5) * turn.cosine);
     curvature -= travel * S(S(0.5 * kPi) * turn.sine);
   }
-  r.rate = slope * inverse_half + piece[kPieceRate];
+  r.rate = slope * inverse_half + segment[kSegmentRate];
   r.acceleration = S(curvature * inverse_half) * inverse_half;
   if (link.tones < 0) return;
   r = control_law::reference(link.output, r, noise_.template at<kSecond>(link, t));
@@ -538,11 +538,11 @@ void LaneDynamics<S>::actuate(const S* y) {
       if (link.channel >= 0) motor_[i] = control_law::within_limit(commands_.held(link.channel), drive.effort);
       continue;
     }
-    const S said = control_law::command(link.control, drive.kp, drive.kd, references_[i], y[link.q], rate);
+    const S commanded = control_law::command(link.control, drive.kp, drive.kd, references_[i], y[link.q], rate);
     if (link.output == ControlOutput::effort) {
-      motor_[i] = control_law::within_limit(said, drive.effort);
+      motor_[i] = control_law::within_limit(commanded, drive.effort);
     } else {
-      given_[link.v] = said;
+      given_[link.v] = commanded;
     }
   }
 }
@@ -603,9 +603,9 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
       for (int k = 0; k < 3; ++k) outside_.attitude_torque()[k] = commands_.held(tables_.control.channels + k);
     }
   }
-  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), thrust(), coordinates(y), velocities(y));
+  if (outside_.acts()) outside_.act(tree_, t, block_.data(), thrust(), coordinates(y), velocities(y));
   actuate(y);
-  if (wheels_.any() && !tables_.control.by_case) wheels_.give(outside_.attitude_torque(), motor_.data());
+  if (wheels_.any() && !tables_.control.by_case) wheels_.distribute(outside_.attitude_torque(), motor_.data());
   if (any_computed_ && laws_command()) command(y);
 }
 
@@ -645,14 +645,14 @@ void LaneDynamics<S>::sample(const S& t, S* y) {
   drive(t, y);
   is_sampling_ = false;
   const int channels = tables_.control.channels;
-  for (int c = 0; c < tables_.control.command_numbers(); ++c) commands_.said(c) = S(0.0);
+  for (int c = 0; c < tables_.control.command_numbers(); ++c) commands_.computed(c) = S(0.0);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.channel >= 0 && works_by_effort(link.output)) commands_.said(link.channel) = motor_[i];
-    if (link.wheel >= 0) commands_.said(channels + 3 + link.wheel) = y[tables_.coordinates + link.v];
+    if (link.channel >= 0 && works_by_effort(link.output)) commands_.computed(link.channel) = motor_[i];
+    if (link.wheel >= 0) commands_.computed(channels + 3 + link.wheel) = y[tables_.coordinates + link.v];
   }
   if (tables_.outside.attitude_link < 0) return;
-  for (int k = 0; k < 3; ++k) commands_.said(channels + k) = outside_.attitude_torque()[k];
+  for (int k = 0; k < 3; ++k) commands_.computed(channels + k) = outside_.attitude_torque()[k];
 }
 
 template <class S>

@@ -380,7 +380,7 @@ void LaneLoops<S>::close_places(Mask active, const DynamicsInput<S>& rest, Dynam
   S defect = result.before.largest_of_place();
   active = active & (defect > S(kRounding));
   bool returned = false;
-  for (int i = 0; i < kMostIterations && active.bits() != 0; ++i) {
+  for (int i = 0; i < kMaxIterations && active.bits() != 0; ++i) {
     // Small defects need one factor for all iterations; lanes with large defects are excluded.
     if (i > 0) {
       const Mask open = active & (defect > S(kRefactorBeyond));
@@ -417,7 +417,7 @@ void LaneLoops<S>::close_motion(Mask active, const DynamicsInput<S>& rest, Dynam
   const S size = velocity_rows(workspace.links, u_.data());
   S defect = scaled_size(u_.data());
   active = active & (defect > S(S(kRounding) * size));
-  for (int i = 0; i < kMostIterations && active.bits() != 0; ++i) {
+  for (int i = 0; i < kMaxIterations && active.bits() != 0; ++i) {
     solve(u_.data());
     respond(rest, workspace);
     for (int c = 0; c < count; ++c) {

@@ -49,9 +49,9 @@ class LaneOutside {
   /// Evaluates the attitude control law in a state; attitude_torque() holds the result.
   void steer(std::span<const S> q, std::span<const S> v) { attitude_torque_ = law_torque(q, v); }
   /// Places the links of a state and computes the external loads at time t, including the present attitude_torque().
-  /// `pieces`: the interval's block. `thrust`: linear function of time for the thrusters' wrench (kLoadLine...), in the
+  /// `block`: the interval's block. `thrust`: linear function of time for the thrusters' wrench (kLoadLine...), in the
   /// base's axes about its origin; not read without thrusters.
-  void act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,
+  void act(const Tree<S>& tree, const S& t, const S* block, const S* thrust, std::span<const S> q,
            std::span<const S> v);
   /// Torque of the attitude control, in the base's axes [N m].
   Vector3<S>& attitude_torque() { return attitude_torque_; }
@@ -79,8 +79,8 @@ class LaneOutside {
   BasicOrbitPoint<S> orbit_at(const S& t) const;
   void act_on_orbit(const Tree<S>& tree, const BasicOrbitPoint<S>& at);
   Wrench<S> on_line(const S* line, const S& t) const;
-  Wrench<S> profile(const LoadTable& load, const S* n, const S* piece, const S& t, S& factor) const;
-  void act_by(const LoadTable& load, const S* n, const S* piece, const S& t, const BasicOrbitPoint<S>& at);
+  Wrench<S> profile(const LoadTable& load, const S* n, const S* load_block, const S& t, S& factor) const;
+  void act_by(const LoadTable& load, const S* n, const S* load_block, const S& t, const BasicOrbitPoint<S>& at);
   Vector3<S> stream_force(const LoadTable& load, const S* n, const Vector3<S>& direction,
                           const Vector3<S>& normal) const;
   Vector3<S> law_torque(std::span<const S> q, std::span<const S> v) const;
@@ -192,11 +192,11 @@ GRAPNEL_INLINE Wrench<S> LaneOutside<S>::on_line(const S* line, const S& t) cons
 
 // A load's wrench in its own components, see wrench_at(); `factor`: see factor_at().
 template <class S>
-Wrench<S> LaneOutside<S>::profile(const LoadTable& load, const S* n, const S* piece, const S& t, S& factor) const {
-  if (load.kind == LoadTable::Kind::line) return on_line(piece, t);
-  factor = piece[kLoadActs];
+Wrench<S> LaneOutside<S>::profile(const LoadTable& load, const S* n, const S* load_block, const S& t, S& factor) const {
+  if (load.kind == LoadTable::Kind::line) return on_line(load_block, t);
+  factor = load_block[kLoadActs];
   if (load.kind == LoadTable::Kind::sine) {
-    const S angle = piece[kLoadFrequency] * S(t - piece[kLoadStart]) + piece[kLoadPhase];
+    const S angle = load_block[kLoadFrequency] * S(t - load_block[kLoadStart]) + load_block[kLoadPhase];
     factor *= sine_cosine(angle).sine;
   }
   const S* a = n + kLoadAmplitude;
@@ -214,11 +214,11 @@ Vector3<S> LaneOutside<S>::stream_force(const LoadTable& load, const S* n, const
 }
 
 template <class S>
-void LaneOutside<S>::act_by(const LoadTable& load, const S* n, const S* piece, const S& t,
+void LaneOutside<S>::act_by(const LoadTable& load, const S* n, const S* load_block, const S& t,
                             const BasicOrbitPoint<S>& at) {
   const Rotation<S>& R_WL = motion_[load.link].X_WL.R;
   S factor(1.0);
-  Wrench<S> F = profile(load, n, piece, t, factor);
+  Wrench<S> F = profile(load, n, load_block, t, factor);
   if (load.frame == LoadFrame::body) F = R_WL * F;
   if (load.frame == LoadFrame::orbit) F = at.R_WO * F;
   if (load.has_stream) {
@@ -249,7 +249,7 @@ Vector3<S> LaneOutside<S>::law_torque(std::span<const S> q, std::span<const S> v
 // ------------------------------------------------------------------------------------------------
 
 template <class S>
-void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, const S* thrust, std::span<const S> q,
+void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* block, const S* thrust, std::span<const S> q,
                          std::span<const S> v) {
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
   for (int i = 0; i < tables_.link_count; ++i) wrench_[i] = Wrench<S>::zero();
@@ -260,7 +260,7 @@ void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, const
   }
   for (int k = 0; k < tables_.outside.load_count; ++k) {
     const LoadTable& load = tables_.loads[k];
-    act_by(load, numbers_.data() + kLoads + k * kLoadNumbers, pieces + load.piece, t, at);
+    act_by(load, numbers_.data() + kLoads + k * kLoadNumbers, block + load.block_offset, t, at);
   }
   if (tables_.outside.has_thrusters) {
     const Rotation<S>& R_WL = motion_[tables_.outside.attitude_link].X_WL.R;

@@ -131,8 +131,8 @@ void describe_outside(LaneStructure& structure, const Model& model, const PhaseS
     if (load.frame == LoadFrame::orbit && !setup.orbit)
       throw std::invalid_argument("lane_structure: a load is in the axes of an orbit, but there is no orbit");
     LoadTable& table = structure.loads.emplace_back(load_table(model, load));
-    table.piece = structure.piece_numbers;
-    structure.piece_numbers += kLoadPieceNumbers[static_cast<int>(table.kind)];
+    table.block_offset = structure.block_size;
+    structure.block_size += kLoadBlockNumbers[static_cast<int>(table.kind)];
   }
 }
 
@@ -143,7 +143,7 @@ std::string outside_difference(const LaneStructure& structure, const Model& mode
   bool same = own == structure.outside;
   for (std::size_t i = 0; same && i < setup.loads.size(); ++i) {
     LoadTable table = load_table(model, setup.loads[i]);
-    table.piece = structure.loads[i].piece;
+    table.block_offset = structure.loads[i].block_offset;
     same = table == structure.loads[i];
   }
   return same ? "" : "the external loads have another structure";
@@ -153,7 +153,7 @@ void write_loads(const LaneStructure& structure, const Model& model, const Phase
                  double* block) {
   for (std::size_t i = 0; i < setup.loads.size(); ++i) {
     const ExternalLoad& load = setup.loads[i];
-    double* out = block + structure.loads[i].piece;
+    double* out = block + structure.loads[i].block_offset;
     if (load.profile.shape == LoadProfile::Shape::table) {
       write_line(load.profile, to_link(model, load), inside, out);
     } else {

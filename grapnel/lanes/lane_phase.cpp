@@ -48,7 +48,7 @@ class Exchange {
     errors_[lane] = nullptr;
     record.commands = next.commands.empty() ? nullptr : next.commands.data();
     const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
-    record.on_their_way = next.commands.empty() ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
+    record.delayed_count = next.commands.empty() ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
     record.noise = next.noise.data();
     record.outside = next.outside.data();
     record.loops = next.loops.data();
@@ -75,12 +75,12 @@ class Exchange {
     o.commands.clear();
     o.command_wheels = static_cast<std::size_t>(structure_.control.wheels);
     if (!structure_.control.by_case)
-      o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
+      o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.delayed_count));
     o.error = errors_[lane];
     sink_(cases_[lane], o);
   }
 
-  void look(int lane, const CaseView& l) {
+  void observe(int lane, const CaseView& l) {
     see(view_, lane, l.time, l.q, l.v);
     view_.motor.assign(l.motor, l.motor + structure_.links.size());
     watch_(view_);
@@ -135,7 +135,7 @@ class Exchange {
   }
 
   bool blocks_fit(const LaneMotion& motion) const {
-    const auto numbers = static_cast<std::size_t>(structure_.piece_numbers);
+    const auto numbers = static_cast<std::size_t>(structure_.block_size);
     for (const LaneInterval& interval : motion.intervals) {
       if (interval.block < 0 || numbers * (static_cast<std::size_t>(interval.block) + 1) > motion.blocks.size())
         return false;
@@ -151,7 +151,7 @@ class Exchange {
       return c.commands.empty() && std::none_of(c.motion->intervals.begin(), c.motion->intervals.end(), acts);
     }
     if (c.commands.empty() || c.commands.size() % numbers != 0) return false;
-    const int most = structure_.control.most_on_their_way;
+    const int most = structure_.control.max_delayed_count;
     int waiting = static_cast<int>(c.commands.size() / numbers) - 1;
     if (waiting > most) return false;
     for (const LaneInterval& i : c.motion->intervals) {
@@ -206,7 +206,7 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   t.velocities = s.velocities;
   t.quaternions = s.quaternions.data();
   t.quaternion_count = static_cast<int>(s.quaternions.size());
-  t.piece_numbers = s.piece_numbers;
+  t.block_size = s.block_size;
   t.noise_numbers = s.noise_numbers;
   using namespace phase_integral;
   t.outside = s.outside;
@@ -267,7 +267,7 @@ std::string explanation(const LaneOutcome& outcome) {
                          outcome.time, kRunaway);
     case LaneStatus::broken_off:
       return fmt::format("at t = {:.9g} s the case's control failed", outcome.time);
-    case LaneStatus::handed_back:
+    case LaneStatus::step_refused:
       return fmt::format("at t = {:.9g} s the next step was rejected, and a single run must continue the case",
                          outcome.time);
     case LaneStatus::at_largest_rate:
@@ -305,8 +305,8 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
     static_cast<Exchange*>(context)->done(lane, result);
   };
   if (watch) {
-    calls.look = [](void* context, int lane, const CaseView& look) {
-      static_cast<Exchange*>(context)->look(lane, look);
+    calls.observe = [](void* context, int lane, const CaseView& view) {
+      static_cast<Exchange*>(context)->observe(lane, view);
     };
   }
   calls.turn = [](void* context, int lane, const CaseTurn& turn, double* command) {

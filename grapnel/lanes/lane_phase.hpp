@@ -31,7 +31,7 @@ struct LaneStructure {
   int coordinates = 0;
   int velocities = 0;
   std::vector<int> quaternions;  // offsets among the coordinates
-  int piece_numbers = 0;         // size of a block: pieces of all driven links and all loads
+  int block_size = 0;            // size of a block: segments of all driven links and all loads
   int noise_numbers = 0;
   OutsideTable outside{false, false, false, -1, 0, 0, false, false, false};
   std::vector<LoadTable> loads;
@@ -51,7 +51,7 @@ struct LaneMotion {
   double start_time = 0;
   double end_time = 0;
   std::vector<LaneInterval> intervals;
-  std::vector<double> blocks;  // of piece_numbers each, see lane_phase_tables.hpp
+  std::vector<double> blocks;  // of block_size each, see lane_phase_tables.hpp
 };
 
 /// One case.
@@ -89,7 +89,7 @@ struct LaneTurn {
 };
 
 /// Outcome of a case. On failure, q, v and the other members are those of the last accepted step. If the next step was
-/// not accepted (LaneStatus::handed_back, at_largest_rate), they contain everything required to resume.
+/// not accepted (LaneStatus::step_refused, at_largest_rate), they contain everything required to resume.
 struct LaneOutcome {
   std::uint64_t id = 0;
   LaneStatus status = LaneStatus::finished;
@@ -116,11 +116,11 @@ using LaneSource = std::function<bool(LaneCase&)>;
 /// set.
 using LaneSink = std::function<void(const LaneCase&, const LaneOutcome&)>;
 /// Receives the states of cases during integration, each case's in order of time; at trajectory breaks with the values
-/// of the following piece.
+/// of the following segment.
 using LaneWatch = std::function<void(const LaneView&)>;
 /// Decides at the case's start and at the end of every step whether the step is accepted. On false the case ends at the
-/// step's begin with LaneStatus::handed_back. The view has no motor efforts; at a step's end it precedes the changes at
-/// a break and the update of sampled control. The decision must depend on the case alone.
+/// step's begin with LaneStatus::step_refused. The view has no motor efforts; at a step's end it precedes the changes
+/// at a break and the update of sampled control. The decision must depend on the case alone.
 using LaneGate = std::function<bool(const LaneView&)>;
 
 /// Computes the command of a case from now on, in order of time for each case: writes a command of

@@ -15,7 +15,7 @@ const JointDrive kFree = {};
 
 constexpr const char* kStandsWithRate =
     "a prescribed joint has a rate at constant position, beyond its trajectory's end";
-// Minimum number of coefficients per piece: that of any polynomial profile, so that cases with moving and resting
+// Minimum number of coefficients per segment: that of any polynomial profile, so that cases with moving and resting
 // joints share one structure.
 constexpr int kLeastSeries = 6;
 // Rounding error of a zero rate [rad/s or m/s].
@@ -25,14 +25,14 @@ const JointDrive& drive_of(const PhaseSetup& setup, std::size_t joint) {
   return setup.drives.empty() ? kFree : setup.drives.at(joint);
 }
 
-int coefficients(const JointPiece& piece) {
-  const auto* series = std::get_if<ChebyshevPiece>(&piece.shape);
+int coefficients(const JointSegment& segment) {
+  const auto* series = std::get_if<ChebyshevSegment>(&segment.shape);
   return series != nullptr ? static_cast<int>(series->coefficients.size()) : 6;
 }
 
 bool is_cycloidal(const JointTrajectory& trajectory) {
-  for (const JointPiece& piece : trajectory.pieces) {
-    const auto* path = std::get_if<JointPath>(&piece.shape);
+  for (const JointSegment& segment : trajectory.segments) {
+    const auto* path = std::get_if<JointPath>(&segment.shape);
     if (path != nullptr && path->profile == JointProfile::cycloidal) return true;
   }
   return false;
@@ -48,7 +48,7 @@ std::vector<int> channels_of(const Model& model, const PhaseSetup& setup) {
 
 // Whether each case's own dynamics computes its commands under a clock (take_turn): for features that lanes lack. These
 // are noisy sensors, laws with their own model, controllers, and base actuators other than a single torque.
-bool is_said_by_case(const PhaseSetup& setup) {
+bool is_computed_by_case(const PhaseSetup& setup) {
   if (!setup.clock) return false;
   const BaseActuators& actuators = setup.actuators;
   return setup.sensors || setup.law_model || setup.controller || actuators.thrusters || actuators.feedforward ||
@@ -63,7 +63,7 @@ LinkTable& table_of_joint(const Model& model, std::size_t joint, std::vector<Lin
 // Assigns joints to the efforts of a command.
 void assign_channels(const Model& model, const PhaseSetup& setup, std::vector<LinkTable>& tables) {
   if (!setup.clock) return;
-  if (!is_said_by_case(setup)) {
+  if (!is_computed_by_case(setup)) {
     const std::vector<int> channels = channels_of(model, setup);
     for (std::size_t c = 0; c < channels.size(); ++c)
       table_of_joint(model, static_cast<std::size_t>(channels[c]), tables).channel = static_cast<int>(c);
@@ -80,7 +80,7 @@ void assign_channels(const Model& model, const PhaseSetup& setup, std::vector<Li
   }
 }
 
-// The fields of a link's entry that follow from model and setup; offsets of pieces and tones are set later.
+// The fields of a link's entry that follow from model and setup; offsets of segments and tones are set later.
 std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) {
   std::vector<LinkTable> tables;
   for (const TreeLink<double>& link : model.tree().links) {
@@ -90,7 +90,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.is_massless = link.inertia.mass == 0;
     t.is_grounded = link.joint == JointType::fixed;
     t.q = link.q, t.v = link.v, t.sign = link.sign;
-    t.piece = t.tones = t.channel = t.wheel = -1;
+    t.block_offset = t.tones = t.channel = t.wheel = -1;
     tables.push_back(t);
   }
   if (setup.held_root >= 0) {
@@ -110,7 +110,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     if (t.output == ControlOutput::none) continue;
     t.is_cycloidal = is_cycloidal(drive.trajectory);
     t.series = 1;
-    for (const JointPiece& piece : drive.trajectory.pieces) t.series = std::max(t.series, coefficients(piece));
+    for (const JointSegment& segment : drive.trajectory.segments) t.series = std::max(t.series, coefficients(segment));
     if (!drive.noise.tones().empty()) t.tones = 0;
   }
   for (std::size_t w = 0; w < setup.wheels.size(); ++w) {
@@ -137,7 +137,7 @@ std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
 // themselves.
 ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>& links) {
   if (!setup.clock) return {false, 0, 0, false, false, 0};
-  if (is_said_by_case(setup)) {
+  if (is_computed_by_case(setup)) {
     const auto channels = std::count_if(links.begin(), links.end(), [](const LinkTable& l) { return l.channel >= 0; });
     return {true, static_cast<int>(channels), 0, true, setup.actuators.thrusters != nullptr, 0};
   }
@@ -146,7 +146,7 @@ ControlTable control_table(const PhaseSetup& setup, const std::vector<LinkTable>
   const int most = static_cast<int>(std::ceil(timing.delay / timing.period)) + 2;
   return {true,
           static_cast<int>(setup.clock->channels()),
-          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1),
+          std::max(most, static_cast<int>(setup.clock->delayed_count()) + 1),
           false,
           false,
           static_cast<int>(setup.wheels.size())};
@@ -173,45 +173,45 @@ std::vector<double> path_series(const JointPath& path) {
 }
 
 void write_hold(double position, double rate, double* out) {
-  out[kPieceInverseHalf] = 0;
-  out[kPieceRate] = rate;
-  out[kPieceSeries] = position;
+  out[kSegmentInverseHalf] = 0;
+  out[kSegmentRate] = rate;
+  out[kSegmentSeries] = position;
 }
 
-// Piece of a trajectory => its numbers in a block: Chebyshev series, travel of a cycloidal profile, middle and inverse
-// half length. Throws std::invalid_argument if the structure has fewer coefficients.
-void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
-  if (coefficients(piece) > table.series) {
+// Segment of a trajectory => its numbers in a block: Chebyshev series, travel of a cycloidal profile, middle and
+// inverse half length. Throws std::invalid_argument if the structure has fewer coefficients.
+void write_segment(const JointSegment& segment, const LinkTable& table, double* out) {
+  if (coefficients(segment) > table.series) {
     throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides");
   }
-  double begin = piece.begin, length = piece.end - piece.begin;
-  if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
+  double begin = segment.begin, length = segment.end - segment.begin;
+  if (const auto* path = std::get_if<JointPath>(&segment.shape)) {
     const std::vector<double> series = path_series(*path);
-    std::copy(series.begin(), series.end(), out + kPieceSeries);
+    std::copy(series.begin(), series.end(), out + kSegmentSeries);
     length = path->duration;
-    if (path->profile == JointProfile::cycloidal) out[kPieceTravel] = path->end - path->start;
+    if (path->profile == JointProfile::cycloidal) out[kSegmentTravel] = path->end - path->start;
   } else {
-    const std::vector<double>& series = std::get<ChebyshevPiece>(piece.shape).coefficients;
-    std::copy(series.begin(), series.end(), out + kPieceSeries);
+    const std::vector<double>& series = std::get<ChebyshevSegment>(segment.shape).coefficients;
+    std::copy(series.begin(), series.end(), out + kSegmentSeries);
   }
-  out[kPieceMiddle] = begin + 0.5 * length;
-  out[kPieceInverseHalf] = 2 / length;
+  out[kSegmentMiddle] = begin + 0.5 * length;
+  out[kSegmentInverseHalf] = 2 / length;
 }
 
-// Piece at the time `inside`, see evaluate(JointTrajectory, t, inside). `out` is initially zero.
+// Segment at the time `inside`, see evaluate(JointTrajectory, t, inside). `out` is initially zero.
 void write_trajectory(const JointTrajectory& trajectory, double inside, const LinkTable& table, double* out) {
-  const std::vector<JointPiece>& pieces = trajectory.pieces;
-  if (pieces.empty()) return;
-  if (inside < pieces.front().begin || inside >= pieces.back().end) {
+  const std::vector<JointSegment>& segments = trajectory.segments;
+  if (segments.empty()) return;
+  if (inside < segments.front().begin || inside >= segments.back().end) {
     const JointPoint held = evaluate(trajectory, inside, inside);
     if (table.output == ControlOutput::motion && std::abs(held.rate) > kRest) {
       throw std::invalid_argument(kStandsWithRate);
     }
     return write_hold(held.position, held.rate, out);
   }
-  const auto next =
-      std::upper_bound(pieces.begin(), pieces.end(), inside, [](double x, const JointPiece& p) { return x < p.begin; });
-  write_piece(*(next - 1), table, out);
+  const auto next = std::upper_bound(segments.begin(), segments.end(), inside,
+                                     [](double x, const JointSegment& p) { return x < p.begin; });
+  write_segment(*(next - 1), table, out);
 }
 
 // --- Numbers of links -----------------------------------------------------------------------------------------------
@@ -300,9 +300,9 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   for (double end : block_ends(setup, t0, t1)) {
     const double inside = 0.5 * (begin + end);
     for (const JointDrive& drive : setup.drives) {
-      const std::vector<JointPiece>& pieces = drive.trajectory.pieces;
-      if (output_of(drive.control) != ControlOutput::motion || pieces.empty()) continue;
-      const bool beyond = inside < pieces.front().begin || inside >= pieces.back().end;
+      const std::vector<JointSegment>& segments = drive.trajectory.segments;
+      if (output_of(drive.control) != ControlOutput::motion || segments.empty()) continue;
+      const bool beyond = inside < segments.front().begin || inside >= segments.back().end;
       if (beyond && std::abs(evaluate(drive.trajectory, inside, inside).rate) > kRest) return kStandsWithRate;
     }
     begin = end;
@@ -310,7 +310,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   return {};
 }
 
-// Model, setup and method => structure of all cases: links, layout of pieces and noise, control, external effects,
+// Model, setup and method => structure of all cases: links, layout of segments and noise, control, external effects,
 // loops. Throws std::invalid_argument with the obstacle if lanes cannot integrate the phase.
 LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   const std::string obstacle = lane_obstacle(model, setup, integration);
@@ -326,8 +326,8 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   for (LinkTable& link : s.links) {
     if (link.output == ControlOutput::none) continue;
     link.series = std::max(link.series, kLeastSeries);
-    link.piece = s.piece_numbers;
-    s.piece_numbers += kPieceSeries + link.series;
+    link.block_offset = s.block_size;
+    s.block_size += kSegmentSeries + link.series;
     if (link.tones < 0) continue;
     link.tones = s.noise_numbers;
     s.noise_numbers += kNoiseNumbers;
@@ -348,22 +348,22 @@ void write_block(const LaneStructure& structure, const Model& model, const Phase
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
     const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
     if (table.output == ControlOutput::none && table.control == drive.control) continue;
-    if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
+    if (table.block_offset < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
       throw std::invalid_argument("lane_motion: a joint's drive does not match the structure");
     }
-    write_trajectory(drive.trajectory, inside, table, out + table.piece);
+    write_trajectory(drive.trajectory, inside, table, out + table.block_offset);
   }
 }
 
 // The clock's actions at `t`, as in ControlClock::tick() and command().
 void advance(ControlClock& clock, double t, double same, LaneInterval& interval) {
-  std::size_t waiting = clock.on_their_way();
+  std::size_t waiting = clock.delayed_count();
   interval.samples = clock.tick(t, same);
-  interval.due = static_cast<std::uint8_t>(waiting - clock.on_their_way());
+  interval.due = static_cast<std::uint8_t>(waiting - clock.delayed_count());
   if (!interval.samples) return;
-  waiting = clock.on_their_way() + 1;
+  waiting = clock.delayed_count() + 1;
   clock.command({std::vector<double>(clock.channels())}, t, same);
-  interval.acts_at_once = clock.on_their_way() < waiting;
+  interval.acts_at_once = clock.delayed_count() < waiting;
 }
 
 }  // namespace
@@ -386,7 +386,7 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
   ends.push_back(t1);
   const std::vector<double> smooth = block_ends(setup, t0, t1);
   std::size_t next = 0;  // of them
-  const auto numbers = static_cast<std::size_t>(structure.piece_numbers);
+  const auto numbers = static_cast<std::size_t>(structure.block_size);
   double begin = t0, block_begin = t0;
   int block = -1;
   for (const double end : ends) {
@@ -419,7 +419,7 @@ double take_turn(const LaneStructure& structure, PhaseDynamics& dynamics, const 
     const auto integrals = std::copy(turn.v.begin(), turn.v.end(), std::copy(turn.q.begin(), turn.q.end(), y.begin()));
     std::copy(turn.integrals.begin(), turn.integrals.end(), integrals);
   }
-  const double until = dynamics.begin_smooth_piece(turn.time, turn.end, y);
+  const double until = dynamics.begin_smooth_interval(turn.time, turn.end, y);
   const PhaseDynamics::HeldDrive held = dynamics.held_drive();
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];

@@ -33,7 +33,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
 
 /// The driven joints' trajectories and the loads from t0 to t1 >= t0, split at every point that is not smooth, and the
 /// ticks of the setup's clock, which is not changed. @throws std::invalid_argument if t1 < t0, the external loads have
-/// another structure, a piece has more coefficients than the structure provides, or a prescribed joint has a rate at
+/// another structure, a segment has more coefficients than the structure provides, or a prescribed joint has a rate at
 /// constant position (see lane_obstacle).
 std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
                                               const PhaseSetup& setup, double t0, double t1);

@@ -31,15 +31,15 @@ struct LinkTable {
   bool has_damper;    // has a damper parallel to the spring
   bool is_massless;   // between two coincident joints
   bool is_grounded;   // a fixed root, or one held at its pose
-  bool is_cycloidal;  // some piece of its trajectory is cycloidal
+  bool is_cycloidal;  // some segment of its trajectory is cycloidal
   int q;
   int v;
   double sign;
-  int piece;    // offset of its part of an interval's block; -1: not driven
-  int series;   // number of coefficients in it
-  int tones;    // offset of its part of the noise block; -1: no noise
-  int channel;  // index among the efforts of a sampled command; -1: none
-  int wheel;    // index among the wheels that produce the base's torque; -1: none
+  int block_offset;  // offset of its part of an interval's block; -1: not driven
+  int series;        // number of coefficients in it
+  int tones;         // offset of its part of the noise block; -1: no noise
+  int channel;       // index among the efforts of a sampled command; -1: none
+  int wheel;         // index among the wheels that produce the base's torque; -1: none
   bool operator==(const LinkTable&) const = default;
 };
 
@@ -61,9 +61,10 @@ struct LaneInterval {
   bool acts_at_once;
 };
 
-/// A block. For every driven link its piece: middle and inverse half length [s, 1/s], rate added to that of the series
-/// (beyond a trajectory's ends), travel of a cycloid, then the series' coefficients.
-inline constexpr int kPieceMiddle = 0, kPieceInverseHalf = 1, kPieceRate = 2, kPieceTravel = 3, kPieceSeries = 4;
+/// A block. For every driven link its segment: middle and inverse half length [s, 1/s], rate added to that of the
+/// series (beyond a trajectory's ends), travel of a cycloid, then the series' coefficients.
+inline constexpr int kSegmentMiddle = 0, kSegmentInverseHalf = 1, kSegmentRate = 2, kSegmentTravel = 3,
+                     kSegmentSeries = 4;
 
 /// Tones of a joint's noise: amplitude, then pairs of angular frequency and phase.
 inline constexpr int kTones = 24;
@@ -77,15 +78,15 @@ struct LoadTable {
   Kind kind;
   LoadFrame frame;
   bool has_stream;
-  bool both_sides;  // the stream acts on both sides of the plate
-  int piece;        // offset of its part of a block
+  bool both_sides;   // the stream acts on both sides of the plate
+  int block_offset;  // offset of its part of a block
   bool operator==(const LoadTable&) const = default;
 };
 /// The load's part of a block. constant: 1 while active, else 0. sine: the same, then start, angular frequency and
 /// phase. line: initial time, wrench at that time and its rate (6 each, moment before force).
 inline constexpr int kLoadActs = 0, kLoadStart = 1, kLoadFrequency = 2, kLoadPhase = 3, kLoadLineStart = 0,
                      kLoadLineWrench = 1, kLoadLineRate = 7;
-inline constexpr int kLoadPieceNumbers[] = {1, 4, 13};  // by kind
+inline constexpr int kLoadBlockNumbers[] = {1, 4, 13};  // by kind
 
 /// External loads, common to all cases.
 struct OutsideTable {
@@ -137,7 +138,7 @@ inline constexpr int kLoopAC = 0, kLoopBD = 12, kLoopHinge = 24, kLoopTurns = 27
 struct ControlTable {
   bool is_sampled;
   int channels;
-  int most_on_their_way;  // maximum number of delayed commands
+  int max_delayed_count;  // maximum number of delayed commands
   /// Each case computes its own commands at the begin of intervals (CaseExchange::turn): no laws are evaluated in
   /// packs, and no commands are delayed here.
   bool by_case;
@@ -145,7 +146,7 @@ struct ControlTable {
   int wheels;  // number of wheels whose rates at the tick are part of a command, for later use; NaN: unknown
   bool operator==(const ControlTable&) const = default;
   constexpr int command_numbers() const {
-    const int thrust = has_thrusters ? kLoadPieceNumbers[static_cast<int>(LoadTable::Kind::line)] : 0;
+    const int thrust = has_thrusters ? kLoadBlockNumbers[static_cast<int>(LoadTable::Kind::line)] : 0;
     return is_sampled ? channels + 3 + thrust + wheels : 0;
   }
 };
@@ -161,7 +162,7 @@ struct PhaseTables {
   int velocities;
   const int* quaternions;  // offsets of the coordinates' quaternions
   int quaternion_count;
-  int piece_numbers;  // size of a block
+  int block_size;  // size of a block
   int noise_numbers;
   OutsideTable outside;
   const LoadTable* loads;
@@ -189,15 +190,15 @@ struct CaseRecord {
   const double* q;      // coordinates
   const double* v;      // velocities
   const LaneInterval* intervals;
-  const double* blocks;  // of piece_numbers each
+  const double* blocks;  // of block_size each
   const double* noise;
   const double* outside;   // PhaseTables::outside_numbers
   const double* loops;     // kLoopNumbers each
   const double* commands;  // ControlTable::command_numbers() each: the command active before the first interval,
-  int on_their_way;        // number of delayed commands after it
+  int delayed_count;       // number of delayed commands after it
 };
 
-/// broken_off: the case's control failed at the begin of an interval. handed_back: CaseExchange::counts rejected a
+/// broken_off: the case's control failed at the begin of an interval. step_refused: CaseExchange::counts rejected a
 /// step. at_largest_rate: a wheel approaches its maximum rate, at which modes change by events, which lanes do not
 /// support; the step that may reach it is not accepted. In both cases the case ends at the begin of that step, to be
 /// continued by a single run. loops_in_doubt: closed loops approach a configuration in which their rows change rank, or
@@ -209,7 +210,7 @@ enum class LaneStatus : std::uint8_t {
   non_finite,
   unstable_control,
   broken_off,
-  handed_back,
+  step_refused,
   at_largest_rate,
   loops_in_doubt
 };
@@ -283,7 +284,7 @@ struct CaseResult {
   const LaneTreeRecord* trees;  // PhaseTables::tree_count of them, in the order of their roots
   LaneLoopRecord loops;
   const double* commands;  // final commands, in the format of a record
-  int on_their_way;
+  int delayed_count;
 };
 
 /// Source of cases and sink of results; called from the stepper, in lane order.
@@ -293,11 +294,11 @@ struct CaseExchange {
   bool (*next)(void* context, int lane, CaseRecord& record);
   void (*done)(void* context, int lane, const CaseResult& result);
   /// Receives a lane's case at its start and after every accepted step; may be null.
-  void (*look)(void* context, int lane, const CaseView& look);
+  void (*observe)(void* context, int lane, const CaseView& view);
   /// ControlTable::by_case: writes the active command of a lane's case. Returns the end of its validity: the interval's
   /// end or an earlier edge; NaN: the case is broken off.
   double (*turn)(void* context, int lane, const CaseTurn& turn, double* command);
-  /// Called before `look`: whether an accepted step counts, with the state at its end, or whether a case may begin,
+  /// Called before `observe`: whether an accepted step counts, with the state at its end, or whether a case may begin,
   /// with its initial state; null: always true.
   bool (*counts)(void* context, int lane, double time, const double* q, const double* v);
 };

@@ -75,14 +75,14 @@ LaneRollout<S>::LaneRollout(const RolloutTables& tables)
 
 template <class S>
 void LaneRollout<S>::run(const RolloutCases& cases, std::int64_t first) {
-  constexpr std::int64_t kStepsBetweenLooks = 64;
+  constexpr std::int64_t kStepsBetweenChecks = 64;
   const int count = static_cast<int>(smaller(kWidth, cases.end - first));
   load(cases, first);
   std::int64_t done = 0;
   for (std::int64_t step = 0; step < cases.steps; ++step) {
     read_control(cases, first, step);
     for (int i = 0; i < tables_.substeps; ++i) {
-      if (cases.stop != nullptr && done++ % kStepsBetweenLooks == 0 && cases.stop(cases.context)) return;
+      if (cases.stop != nullptr && done++ % kStepsBetweenChecks == 0 && cases.stop(cases.context)) return;
       if (tables_.is_euler) {
         step_euler();
       } else {

@@ -131,7 +131,7 @@ class LaneStepper {
 
   S* stage(int number) { return stages_.data() + (number - 1) * size_; }
   bool take(int lane);
-  void keep_as_model(int lane);
+  void store_as_model(int lane);
   void rest(int lane);
   void begin(unsigned starting);
   void choose_first_steps(unsigned starting);
@@ -143,7 +143,7 @@ class LaneStepper {
   Mask finite(const S* y) const;
   void judge(unsigned accepted, unsigned good, const S& error, const S& defect);
   const double* block_of(const LaneState<S>& lane, const LaneInterval& interval) const {
-    return lane.record.blocks + static_cast<long>(interval.block) * tables_.piece_numbers;
+    return lane.record.blocks + static_cast<long>(interval.block) * tables_.block_size;
   }
   // Whether the present step ends at a break followed by another interval, or at an edge inside one.
   static bool enters(const LaneState<S>& lane) { return lane.last && lane.end != lane.record.end_time; }
@@ -152,10 +152,10 @@ class LaneStepper {
     return lane.end == lane.interval->end ? lane.interval[1] : *lane.interval;
   }
   S enter_intervals(unsigned accepted);
-  unsigned ask(unsigned lanes, const S* y);
+  unsigned mark_refused(unsigned lanes, const S* y);
   unsigned near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end, const S& h);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
-  void ask_case(int lane, bool is_first, const LaneInterval& interval, const S* y);
+  void request_command(int lane, bool is_first, const LaneInterval& interval, const S* y);
   bool has_loops() { return dynamics_.loops().any(); }
   void settle(unsigned lanes, const S& t, S* y, double negligible);
   void leave_in_doubt(unsigned lanes);
@@ -230,12 +230,12 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       result_v_(tables.velocities),
       result_motor_(tables.link_count),
       result_integrals_(tables.integral_count),
-      result_commands_(tables.control.command_numbers() * (1 + tables.control.most_on_their_way)),
+      result_commands_(tables.control.command_numbers() * (1 + tables.control.max_delayed_count)),
       model_links_(tables.link_count * kLinkNumbers),
       model_noise_(tables.noise_numbers),
       model_outside_(tables.outside_numbers),
       model_loops_(tables.loop_count * kLoopNumbers),
-      model_block_(tables.piece_numbers),
+      model_block_(tables.block_size),
       model_y_(size_),
       start_trees_(tables.tree_count),
       now_trees_(tables.tree_count),
@@ -281,7 +281,7 @@ bool LaneStepper<S>::take(int l) {
 }
 
 template <class S>
-void LaneStepper<S>::keep_as_model(int l) {
+void LaneStepper<S>::store_as_model(int l) {
   const CaseRecord& record = lanes_[l].record;
   for (int i = 0; i < model_links_.size(); ++i) model_links_[i] = record.links[i];
   for (int i = 0; i < model_noise_.size(); ++i) model_noise_[i] = record.noise[i];
@@ -336,13 +336,13 @@ void LaneStepper<S>::begin(unsigned starting) {
   }
   for (int i = 0; i < size_; ++i) stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
   const unsigned sound = finite(stage(1)).bits();
-  ask(starting & sound, trial_.data());
+  mark_refused(starting & sound, trial_.data());
   show(starting & sound, trial_.data());
   for (int l = 0; l < kWidth; ++l) {
     if (((starting >> l) & 1U) == 0) continue;
     lanes_[l].evaluations = 1;
     lanes_[l].broken = ((sound >> l) & 1U) == 0;
-    if (!has_model_ && !lanes_[l].broken) keep_as_model(l);
+    if (!has_model_ && !lanes_[l].broken) store_as_model(l);
   }
   measure(fresh_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) {
@@ -355,9 +355,9 @@ void LaneStepper<S>::begin(unsigned starting) {
   choose_first_steps(starting);
 }
 
-// The lanes, among these, whose cases must be handed back in the state y.
+// The lanes, among these, whose step to the state y is refused, so that their cases end before it.
 template <class S>
-unsigned LaneStepper<S>::ask(unsigned lanes, const S* y) {
+unsigned LaneStepper<S>::mark_refused(unsigned lanes, const S* y) {
   if (exchange_.counts == nullptr) return 0;
   unsigned refused = 0;
   for (int l = 0; l < kWidth; ++l) {
@@ -442,13 +442,13 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
 // progress.
 template <class S>
 void LaneStepper<S>::show(unsigned lanes, const S* y) {
-  if (exchange_.look == nullptr) return;
+  if (exchange_.observe == nullptr) return;
   for (int l = 0; l < kWidth; ++l) {
     if (((lanes >> l) & 1U) == 0) continue;
     take_out(l, y);
     for (int i = 0; i < tables_.link_count; ++i) result_motor_[i] = dynamics_.motor_effort(i).get(l);
-    const CaseView look{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
-    exchange_.look(exchange_.context, l, look);
+    const CaseView view{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
+    exchange_.observe(exchange_.context, l, view);
   }
 }
 
@@ -475,7 +475,7 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   }
   if (tables_.control.is_sampled && !tables_.control.by_case) dynamics_.commands().write(l, result_commands_.data());
   result.commands = result_commands_.data();
-  result.on_their_way = dynamics_.commands().on_their_way(l);
+  result.delayed_count = dynamics_.commands().delayed_count(l);
   exchange_.done(exchange_.context, l, result);
 }
 
@@ -508,7 +508,7 @@ bool LaneStepper<S>::plan() {
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
   // Checks after a rejected step are void.
-  if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::handed_back, false;
+  if (lane.refused) return status = lane.leaves ? LaneStatus::at_largest_rate : LaneStatus::step_refused, false;
   if (lane.broken_off) return status = LaneStatus::broken_off, false;
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
   if (lane.in_doubt) return status = LaneStatus::loops_in_doubt, false;
@@ -572,7 +572,7 @@ void LaneStepper<S>::attempt() {
     defect = normalize(end_.data());
     const S t_new = enter_intervals(accepted);
     settle(accepted, t_new, end_.data(), loop_limits::kNegligible);
-    accepted &= ~ask(accepted, end_.data());
+    accepted &= ~mark_refused(accepted, end_.data());
     unsigned entering = 0;
     for (int l = 0; l < kWidth; ++l) {
       if (((accepted >> l) & 1U) != 0 && enters(lanes_[l])) entering |= 1U << l;
@@ -625,7 +625,7 @@ S LaneStepper<S>::enter_intervals(unsigned accepted) {
 
 // At the begin of an interval of a lane's case: obtains the case's command and its end.
 template <class S>
-void LaneStepper<S>::ask_case(int l, bool is_first, const LaneInterval& interval, const S* y) {
+void LaneStepper<S>::request_command(int l, bool is_first, const LaneInterval& interval, const S* y) {
   LaneState<S>& lane = lanes_[l];
   take_out(l, y);
   for (int i = 0; i < tables_.integral_count; ++i) result_integrals_[i] = y[integrals_ + i].get(l);
@@ -654,7 +654,7 @@ void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const 
   const unsigned changing = beginning | entering;
   if (tables_.control.by_case) {
     for (int l = 0; l < kWidth; ++l) {
-      if (((changing >> l) & 1U) != 0) ask_case(l, ((beginning >> l) & 1U) != 0, interval_of(l), y);
+      if (((changing >> l) & 1U) != 0) request_command(l, ((beginning >> l) & 1U) != 0, interval_of(l), y);
     }
     return;
   }
@@ -737,7 +737,7 @@ template <class S>
 void LaneStepper<S>::check_conservation(const S& h) {
   measure(now_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) {
-    deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
+    deviations_[i].update(start_trees_[i], now_trees_[i], since_start(i));
     for (int k = 0; k < phase_integral::kExchangeCount; ++k) {
       // Lanes whose step is not accepted may hold arbitrary values.
       S& rate = exchange_rates_[phase_integral::kExchangeCount * i + k];

@@ -37,7 +37,7 @@ class LaneWheels {
   }
 
   /// Motor efforts, per link, that produce a torque on the base, in its axes.
-  void give(const Vector3<S>& torque, S* motor) const {
+  void distribute(const Vector3<S>& torque, S* motor) const {
     S factor(1.0);
     for (int w = 0; w < tables_.outside.wheel_count; ++w) {
       const S u = abs(dot(wheels_[w].row, torque));

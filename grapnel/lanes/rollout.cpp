@@ -105,8 +105,8 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
                    data.cases,
                    nullptr,
                    nullptr};
-  std::stop_token asked = stop;
-  if (stop.stop_possible()) all.stop = is_stopped, all.context = &asked;
+  std::stop_token token = stop;
+  if (stop.stop_possible()) all.stop = is_stopped, all.context = &token;
   // Threads take packs as they become free; several at a time for short cases, to reduce contention.
   constexpr std::int64_t kWorthAThread = 64;  // steps of a pack per batch
   const std::int64_t per_case = std::max<std::int64_t>(1, data.steps * tables_.substeps);

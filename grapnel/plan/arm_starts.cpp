@@ -37,9 +37,9 @@ ArmReach arm_reach(const Model& model, int frame) {
 
 namespace {
 
-constexpr int kTrials = 40;     // random initial guesses per arm
-constexpr int kKept = 8;        // solutions per arm
-constexpr double kGood = 1e-6;  // sufficient, since the base will move [m and rad]
+constexpr int kTrials = 40;       // random initial guesses per arm
+constexpr int kMaxSolutions = 8;  // solutions per arm
+constexpr double kGood = 1e-6;    // sufficient, since the base will move [m and rad]
 
 }  // namespace
 
@@ -89,7 +89,7 @@ bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const 
       if (e.norm() > 0.7 * last) return false;
       last = e.norm();
     }
-    NewtonStep step = least_norm_step(J(Eigen::all, joints), e, x, lower, upper, 0.02);
+    NewtonStep step = minimum_norm_step(J(Eigen::all, joints), e, x, lower, upper, 0.02);
     const double longest = step.d.lpNorm<Eigen::Infinity>();
     if (longest > 0.5) step.d *= 0.5 / longest;
     for (std::size_t k = 0; k < joints.size(); ++k) {
@@ -131,7 +131,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
   const Arm& arm = solved.arm;
   if (arm.joints.empty()) return;
   std::vector<std::pair<double, std::vector<double>>> found;
-  for (int trial = 0; trial < kTrials && static_cast<int>(found.size()) < 2 * kKept; ++trial) {
+  for (int trial = 0; trial < kTrials && static_cast<int>(found.size()) < 2 * kMaxSolutions; ++trial) {
     std::vector<double> theta = problem_.guess;
     const std::vector<double> random = random_values();
     // The first trials are close to the guess.
@@ -149,7 +149,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
     if (!known) found.emplace_back(objective, std::move(values));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (found.size() > kKept) found.resize(kKept);
+  if (found.size() > kMaxSolutions) found.resize(kMaxSolutions);
   for (auto& f : found) solved.solutions.push_back(std::move(f.second));
 }
 

@@ -7,9 +7,9 @@ namespace grapnel {
 ConstrainedSegment::ConstrainedSegment(FloatingBase& base, const ReachProblem& problem, int knots, int panels)
     : base_(base),
       problem_(with_knots(problem, knots)),
-      setup_(problem_.way),
+      setup_(problem_.constraints),
       shooting_(base, problem_),
-      look_(base, problem_),
+      check_(base, problem_),
       n_(base.joints()) {
   shooting_.segment().solve_with_path_constraints(panels);
 }
@@ -17,14 +17,14 @@ ConstrainedSegment::ConstrainedSegment(FloatingBase& base, const ReachProblem& p
 const ShootingIterate& ConstrainedSegment::shoot(std::span<const double> y, const ShootingIterate& like,
                                                  SegmentAccuracy accuracy) {
   const std::vector<double> position(y.begin(), y.begin() + n_), c(y.begin() + n_, y.begin() + unknowns());
-  shot_ = shooting_.shoot(position, like.rate_at(position, c), accuracy, c);
-  return shot_;
+  iterate_ = shooting_.shoot(position, like.rate_at(position, c), accuracy, c);
+  return iterate_;
 }
 
 double ConstrainedSegment::value(const Instant& at, Eigen::VectorXd* gradient) {
   const PathSegment::SegmentPoint w = segment().path_point(at.node);
   PerMotion d(n_);
-  const double result = look_.violation(at, w, gradient ? &d : nullptr);
+  const double result = check_.violation(at, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, at.node);
   return result;
 }
@@ -32,17 +32,17 @@ double ConstrainedSegment::value(const Instant& at, Eigen::VectorXd* gradient) {
 double ConstrainedSegment::distance(int pair, int node, Eigen::VectorXd* gradient) {
   const PathSegment::SegmentPoint w = segment().path_point(node);
   PerMotion d(n_);
-  const double result = look_.distance(pair, w, gradient ? &d : nullptr);
+  const double result = check_.distance(pair, w, gradient ? &d : nullptr);
   if (gradient) *gradient = per_unknown(d, w, node);
   return result;
 }
 
 std::vector<ConstrainedSegment::Found> ConstrainedSegment::scan(double band, double wanted, PathFigures* figures) {
-  return look_.scan(
+  return check_.scan(
       segment().path_points(), [&](int node) { return segment().path_point(node); }, band, wanted, figures);
 }
 
-// Last shot => weighted objective (6.20), its gradient by the unknowns and the unweighted terms. Clearance counts as
+// Last iterate => weighted objective (6.20), its gradient by the unknowns and the unweighted terms. Clearance counts as
 // zero here: it is a separate unknown.
 double ConstrainedSegment::objective(Eigen::VectorXd* gradient, std::vector<double>* terms) {
   const Objective& objective = problem_.objective;
@@ -100,7 +100,7 @@ Eigen::VectorXd ConstrainedSegment::per_unknown(const PerMotion& d, const PathSe
 Eigen::VectorXd ConstrainedSegment::through_rates(const Eigen::VectorXd& all) const {
   Eigen::VectorXd y(unknowns());
   y << all.head(n_), all.tail(unknowns() - n_);
-  return y + shot_.K.transpose() * all.segment(n_, n_);
+  return y + iterate_.K.transpose() * all.segment(n_, n_);
 }
 
 // Term in closed form (excursion, distances, manipulability) => its value; adds its weighted gradient, with the final
@@ -109,14 +109,14 @@ double ConstrainedSegment::end_term(const Objective::Term& term, Eigen::VectorXd
   Objective::Gradient g;
   if (gradient) {
     g.position.assign(static_cast<std::size_t>(n_), 0.0), g.rate.assign(static_cast<std::size_t>(n_), 0.0);
-    g.coefficients.assign(shot_.coefficients.size(), 0.0);
+    g.coefficients.assign(iterate_.coefficients.size(), 0.0);
   }
-  const double value = problem_.objective.term(term, base_, problem_.goals, shot_.position, shot_.rate,
-                                               gradient ? &g : nullptr, shot_.coefficients);
+  const double value = problem_.objective.term(term, base_, problem_.goals, iterate_.position, iterate_.rate,
+                                               gradient ? &g : nullptr, iterate_.coefficients);
   if (gradient) {
     gradient->head(n_) += as_vector(g.position);
     gradient->tail(unknowns() - n_) += as_vector(g.coefficients);
-    *gradient += shot_.K.transpose() * as_vector(g.rate);
+    *gradient += iterate_.K.transpose() * as_vector(g.rate);
   }
   return value;
 }
@@ -124,17 +124,17 @@ double ConstrainedSegment::end_term(const Objective::Term& term, Eigen::VectorXd
 // Impulse term => its value at the end of the segment; adds its weighted gradient by central differences over joints,
 // rates and base displacement.
 double ConstrainedSegment::measure_term(const Objective::Term& term, Eigen::VectorXd* gradient) {
-  std::vector<double> position = shot_.position, rate = shot_.rate;
+  std::vector<double> position = iterate_.position, rate = iterate_.rate;
   const auto measure = [&](const Posed& X_WB) { return setup_.end_measure(term.kind, position, rate, X_WB); };
-  const double value = measure(shot_.X_WB);
+  const double value = measure(iterate_.X_WB);
   if (!gradient) return value;
   constexpr double kStep = 1e-5;
   const auto slope = [&](double& x) {
     const double before = x;
     x = before + kStep;
-    const double above = measure(shot_.X_WB);
+    const double above = measure(iterate_.X_WB);
     x = before - kStep;
-    const double below = measure(shot_.X_WB);
+    const double below = measure(iterate_.X_WB);
     x = before;
     return (above - below) / (2 * kStep);
   };
@@ -146,18 +146,18 @@ double ConstrainedSegment::measure_term(const Objective::Term& term, Eigen::Vect
   }
   Vector6d per_displacement = Vector6d::Zero();
   for (int k = 0; k < 6 && base_.floats(); ++k) {
-    const Posed above = displaced(shot_.X_WB, kStep * Vector6d::Unit(k));
-    const Posed below = displaced(shot_.X_WB, -kStep * Vector6d::Unit(k));
+    const Posed above = displaced(iterate_.X_WB, kStep * Vector6d::Unit(k));
+    const Posed below = displaced(iterate_.X_WB, -kStep * Vector6d::Unit(k));
     per_displacement[k] = (measure(above) - measure(below)) / (2 * kStep);
   }
-  *gradient += term.weight * (shot_.K.transpose() * per_rate + shot_.per_unknown.transpose() * per_displacement);
+  *gradient += term.weight * (iterate_.K.transpose() * per_rate + iterate_.per_unknown.transpose() * per_displacement);
   return value;
 }
 
 double ConstrainedSegment::attitude_term(double weight, Eigen::VectorXd* gradient) {
   const Vector3d phi =
-      rotation_vector(transpose(setup_.R_WB0) * shot_.X_WB.R);  // in B or in the initial frame, with equal components
-  if (gradient) *gradient += weight * shot_.per_unknown.topRows(3).transpose() * column(phi);
+      rotation_vector(transpose(setup_.R_WB0) * iterate_.X_WB.R);  // in B or in the initial frame: equal components
+  if (gradient) *gradient += weight * iterate_.per_unknown.topRows(3).transpose() * column(phi);
   return 0.5 * dot(phi, phi);
 }
 
@@ -182,11 +182,11 @@ double ConstrainedSegment::effort_term(double weight, Eigen::VectorXd* gradient)
   double sum = 0;
   for (int i = 0; i < segment().path_points(); ++i) {
     const PathSegment::SegmentPoint w = segment().path_point(i);
-    look_.evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
+    check_.evaluate_efforts(w.position, w.rate, w.acceleration, w.X_WB, w.time, effort);
     sum += 0.5 * w.weight / T * as_vector(effort).squaredNorm();
     if (!gradient) continue;
     PerMotion d(n_);
-    look_.add_effort_change(w, effort, (weight * w.weight / T) * as_vector(effort), d);
+    check_.add_effort_change(w, effort, (weight * w.weight / T) * as_vector(effort), d);
     *gradient += per_unknown(d, w, i);
   }
   return sum;
@@ -200,13 +200,13 @@ double ConstrainedSegment::wheel_term(double weight, Eigen::VectorXd* gradient) 
   for (int i = 0; i < segment().path_points(); ++i) {
     const PathSegment::SegmentPoint w = segment().path_point(i);
     for (std::size_t k = 0; k < weights.size(); ++k) {
-      const double share = look_.wheel_share(static_cast<int>(k), w);
+      const double share = check_.wheel_share(static_cast<int>(k), w);
       sum += 0.5 * w.weight / T * share * share;
       weights[k] = weight * w.weight / T * share;
     }
     if (!gradient) continue;
     PerMotion d(n_);
-    look_.add_wheel_change(w, weights, d);
+    check_.add_wheel_change(w, weights, d);
     *gradient += per_unknown(d, w, i);
   }
   return sum;

@@ -27,19 +27,19 @@ class ConstrainedSegment {
 
   // Evaluates for [theta_f, c]; `like` provides the expected final rates.
   const ShootingIterate& shoot(std::span<const double> y, const ShootingIterate& like, SegmentAccuracy accuracy);
-  const ShootingIterate& shot() const { return shot_; }
-  /// Number of nodes of the latest shot. Instants refer to the same times only for equal numbers of nodes.
+  const ShootingIterate& iterate() const { return iterate_; }
+  /// Number of nodes of the latest iterate. Instants refer to the same times only for equal numbers of nodes.
   int nodes() { return segment().path_points(); }
 
   // --- Path constraints, as in PathConstraintCheck
 
   /// Violation at an instant, and its gradient with respect to [theta_f, c] unless null.
   double value(const Instant& at, Eigen::VectorXd* gradient);
-  bool may_touch(const Instant& at) { return look_.may_touch(at, segment().path_point(at.node)); }
+  bool may_touch(const Instant& at) { return check_.may_touch(at, segment().path_point(at.node)); }
   // Distance of a pair, and its gradient.
   double distance(int pair, int node, Eigen::VectorXd* gradient);
   std::vector<Found> scan(double band, double wanted, PathFigures* figures);
-  std::string describe(const Found& f) { return look_.describe(f, segment().path_point(f.at.node)); }
+  std::string describe(const Found& f) { return check_.describe(f, segment().path_point(f.at.node)); }
 
   // --- The objective
 
@@ -77,9 +77,9 @@ class ConstrainedSegment {
   ReachProblem problem_;
   const PathConstraints& setup_;
   Shooting shooting_;
-  PathConstraintCheck look_;
+  PathConstraintCheck check_;
   int n_;
-  ShootingIterate shot_;
+  ShootingIterate iterate_;
 };
 
 }  // namespace grapnel

@@ -32,9 +32,9 @@ PathSegment::SegmentPoint path_point(double time, const std::vector<double>& pos
 // Search for c of (4) for one initial state.
 class StraightSearch {
  public:
-  StraightSearch(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& kept,
+  StraightSearch(FloatingBase& base, const StraightInProblem& problem, const ReachProblem& reach,
                  const StartFreedom* freedom)
-      : base_(base), problem_(problem), look_(base, kept), motions_(base, problem, freedom) {}
+      : base_(base), problem_(problem), check_(base, reach), motions_(base, problem, freedom) {}
 
   // Runs the search: checks the minimum-norm rates, then the exchange method with self-motion, and refines the margin
   // between nodes.
@@ -53,7 +53,7 @@ class StraightSearch {
       best = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
     } while (best.violation > kNearly && !is_reliable(best.violation) && motions_.refine());
     if (best.violation <= kNearly || motions_.near_singularity() || !is_reliable(best.violation)) best = exact(v);
-    if (best.kept) return closed(best);
+    if (best.feasible) return closed(best);
     if (!problem_.self_motion.coefficients.empty()) {
       const Eigen::VectorXd known = as_vector(problem_.self_motion.coefficients);
       if (worst_at(motions_.integrate(known, SelfMotions::Derivatives::none)) < best.violation) v = known;
@@ -65,18 +65,18 @@ class StraightSearch {
       if (worst > kNearly) {
         ConstrainedStraightIn end = at_nodes(motions_.integrate(v, SelfMotions::Derivatives::none));
         if (!is_reliable(end.violation)) end = exact(v);
-        if (end.kept) best = std::move(end);
-        if (best.kept) break;
+        if (end.feasible) best = std::move(end);
+        if (best.feasible) break;
         // A segment within its limits that is rejected for a singularity is preferred to one beyond its limits.
-        const bool keeps_limits = best.path.finished && best.trouble.empty();
-        if (!keeps_limits && !end.trouble.empty() && end.violation < best.violation) best = std::move(end);
+        const bool satisfies_limits = best.path.finished && best.failure.empty();
+        if (!satisfies_limits && !end.failure.empty() && end.violation < best.violation) best = std::move(end);
         break;
       }
       ConstrainedStraightIn end = exact(v);
       const double left = end.violation;
-      if (end.kept || left < best.violation) best = std::move(end);
+      if (end.feasible || left < best.violation) best = std::move(end);
       // The violation between the nodes exceeds that at the nodes by this amount.
-      if (best.kept || !arrived || !(left < 1e-2)) break;
+      if (best.feasible || !arrived || !(left < 1e-2)) break;
       margin_ += 2 * left;
     }
     return closed(best);
@@ -92,10 +92,10 @@ class StraightSearch {
     return !std::isfinite(violation) || motions_.error() <= kSmall * std::max(kNearly, violation);
   }
 
-  ConstrainedStraightIn closed(ConstrainedStraightIn& way) const {
-    way.self_motions = motions_.self_motions();
-    way.rhs_evaluations = motions_.evaluations() + evaluations_;
-    return std::move(way);
+  ConstrainedStraightIn closed(ConstrainedStraightIn& result) const {
+    result.self_motions = motions_.self_motions();
+    result.rhs_evaluations = motions_.evaluations() + evaluations_;
+    return std::move(result);
   }
 
   struct Iterate {
@@ -121,33 +121,33 @@ class StraightSearch {
     const Eigen::VectorXd& v = at.v;
     const Rows rows = linear_at(nodes, v);
     NearestBelow nearest(rows.A, rows.b, share * v);
-    const auto with = [&](double giving) {
+    const auto with = [&](double relaxation) {
       Step step;
-      step.v = nearest.with(giving).x;
+      step.v = nearest.with(relaxation).x;
       const Eigen::VectorXd change = step.v - v;
       for (const Node& node : nodes)
         step.farthest = std::max(step.farthest, (node.per_position * change).lpNorm<Eigen::Infinity>());
       return step;
     };
     // Relaxation of the rows, reduced step by step to the minimum for which joint motion is within the radius.
-    constexpr double kMost = 2.187e10 * kGiving, kLess = 1.0 / 30, kOfRadius = 0.7;
-    double giving = kMost, less = 0;
-    Step step = with(giving);
-    while (step.farthest <= radius && giving > kGiving && less == 0) {
-      const double next = std::max(kGiving, kLess * giving);
+    constexpr double kMaxRelaxation = 2.187e10 * kRelaxation, kLess = 1.0 / 30, kOfRadius = 0.7;
+    double relaxation = kMaxRelaxation, less = 0;
+    Step step = with(relaxation);
+    while (step.farthest <= radius && relaxation > kRelaxation && less == 0) {
+      const double next = std::max(kRelaxation, kLess * relaxation);
       Step other = with(next);
       if (other.farthest > radius)
         less = next;
       else
-        giving = next, step = std::move(other);
+        relaxation = next, step = std::move(other);
     }
     for (int i = 0; i < 4 && less > 0 && step.farthest < kOfRadius * radius; ++i) {
-      const double between = std::sqrt(less * giving);
+      const double between = std::sqrt(less * relaxation);
       Step other = with(between);
       if (other.farthest > radius)
         less = between;
       else
-        giving = between, step = std::move(other);
+        relaxation = between, step = std::move(other);
     }
     if (step.farthest > radius) step.v = v + radius / step.farthest * (step.v - v), step.farthest = radius;
     step.foreseen = rows.b.size() ? (rows.A * step.v - rows.b).maxCoeff() : kNothing;
@@ -165,17 +165,17 @@ class StraightSearch {
       at.worst = add_instants(at.nodes);
     } while (!is_reliable(at.worst) && motions_.refine());
     constexpr double kSwing = 0.03;  // maximum violation caused by steps that reduce the self-motion
-    const double kept = -margin_ + kAimed;
-    restore(at, std::max(enough, kept));
-    if (enough == kNothing && at.worst <= kept) {
+    const double allowed = -margin_ + kAimed;
+    restore(at, std::max(enough, allowed));
+    if (enough == kNothing && at.worst <= allowed) {
       constexpr int kRounds = 6;
       constexpr double kSettled = 2e-3;  // convergence: maximum joint motion per step [rad or m]
       Iterate best = at;
-      for (double keep = 0; keep < std::pow(4.0, kRounds); keep = std::max(1.0, 4 * keep)) {
-        const Step step = step_within(kFarthestMove, at, keep / (1 + keep));
+      for (double weight = 0; weight < std::pow(4.0, kRounds); weight = std::max(1.0, 4 * weight)) {
+        const Step step = step_within(kFarthestMove, at, weight / (1 + weight));
         if (step.farthest < kSettled || !take(at, step, kSwing)) continue;
-        restore(at, kept);
-        if (at.worst <= kept && at.v.squaredNorm() < best.v.squaredNorm())
+        restore(at, allowed);
+        if (at.worst <= allowed && at.v.squaredNorm() < best.v.squaredNorm())
           best = at;
         else
           at = best;
@@ -186,11 +186,11 @@ class StraightSearch {
     return at.worst;
   }
 
-  // Takes the step, unless its violation exceeds `most`; then the violated constraints are added.
-  bool take(Iterate& at, const Step& step, double most) {
+  // Takes the step, unless its violation exceeds `max_violation`; then the violated constraints are added.
+  bool take(Iterate& at, const Step& step, double max_violation) {
     std::vector<Node> nodes = motions_.integrate(step.v, SelfMotions::Derivatives::none);
     const double now = add_instants(nodes);
-    if (now > most) return false;
+    if (now > max_violation) return false;
     at = {step.v, std::move(nodes), now, false};
     return true;
   }
@@ -198,11 +198,11 @@ class StraightSearch {
   // Minimum-norm steps that satisfy the linearization at the known instants, then at new ones, until no violation
   // exceeds `enough` or no step helps.
   void restore(Iterate& at, double enough) {
-    constexpr int kMost = 25, kPatience = 5;
+    constexpr int kMaxRounds = 25, kPatience = 5;
     constexpr int kNowhere = 2;
     constexpr double kSwing = 0.05, kFar = 0.02, kLittle = 0.9, kShortest = 1e-5;
-    double least = at.worst, foreseen = std::numeric_limits<double>::infinity(), radius = kFarthestMove;
-    for (int round = 0, stuck = 0, nowhere = 0; round < kMost && stuck < kPatience && at.worst > enough; ++round) {
+    double smallest = at.worst, foreseen = std::numeric_limits<double>::infinity(), radius = kFarthestMove;
+    for (int round = 0, stuck = 0, nowhere = 0; round < kMaxRounds && stuck < kPatience && at.worst > enough; ++round) {
       const Step step = step_within(radius, at, 1);
       if (!(step.farthest > 0) || radius < kShortest) break;
       if (radius >= kFarthestMove) {
@@ -220,8 +220,8 @@ class StraightSearch {
       }
       radius = std::min(kFarthestMove, std::max(radius, 2 * step.farthest));
       if (motions_.begins_elsewhere_by(at.v) > kFarthestMove) break;  // the first-order model is not valid beyond
-      stuck = at.worst < 0.7 * least ? 0 : stuck + 1;
-      least = std::min(least, at.worst);
+      stuck = at.worst < 0.7 * smallest ? 0 : stuck + 1;
+      smallest = std::min(smallest, at.worst);
     }
   }
 
@@ -234,20 +234,20 @@ class StraightSearch {
 
   // The largest violation at the nodes, if any.
   ConstrainedStraightIn at_nodes(const std::vector<Node>& nodes) {
-    ConstrainedStraightIn way;
+    ConstrainedStraightIn result;
     if (!is_finite(nodes)) {
-      way.violation = -kNothing;
-      way.trouble = "joint motion diverges near a singularity";
-      return way;
+      result.violation = -kNothing;
+      result.failure = "joint motion diverges near a singularity";
+      return result;
     }
-    way.violation = kNothing;
+    result.violation = kNothing;
     const PathConstraintCheck::PointAt at = points(nodes);
-    for (const PathConstraintCheck::Found& f : look_.scan(static_cast<int>(nodes.size()), at, 0, kNothing, nullptr)) {
-      if (f.value <= way.violation) continue;
-      way.violation = f.value;
-      if (f.value > kTolerated) way.trouble = look_.describe(f, at(f.at.node));
+    for (const PathConstraintCheck::Found& f : check_.scan(static_cast<int>(nodes.size()), at, 0, kNothing, nullptr)) {
+      if (f.value <= result.violation) continue;
+      result.violation = f.value;
+      if (f.value > kTolerated) result.failure = check_.describe(f, at(f.at.node));
     }
-    return way;
+    return result;
   }
 
   double worst_at(const std::vector<Node>& nodes) {
@@ -260,7 +260,7 @@ class StraightSearch {
   // Violations that the self-motion can change: at the begin only another initial state can.
   std::vector<PathConstraintCheck::Found> found_at(const std::vector<Node>& nodes) {
     std::vector<PathConstraintCheck::Found> found =
-        look_.scan(static_cast<int>(nodes.size()), points(nodes), kNearViolation + margin_, kNothing, nullptr);
+        check_.scan(static_cast<int>(nodes.size()), points(nodes), kNearViolation + margin_, kNothing, nullptr);
     if (motions_.start_unknowns() == 0)
       std::erase_if(found, [](const PathConstraintCheck::Found& f) { return f.at.node == 0; });
     return found;
@@ -275,7 +275,7 @@ class StraightSearch {
   double add_instants(const std::vector<Node>& nodes) {
     if (!is_finite(nodes)) return -kNothing;
     const PathConstraintCheck::PointAt at = points(nodes);
-    std::erase_if(instants_, [&](const PathConstraintCheck::Instant& i) { return look_.may_touch(i, at(i.node)); });
+    std::erase_if(instants_, [&](const PathConstraintCheck::Instant& i) { return check_.may_touch(i, at(i.node)); });
     double worst = kNothing;
     for (const PathConstraintCheck::Found& f : found_at(nodes)) {
       worst = std::max(worst, f.value);
@@ -298,7 +298,7 @@ class StraightSearch {
     for (std::size_t i = 0; i < instants_.size(); ++i) {
       const Node& node = nodes[static_cast<std::size_t>(instants_[i].node)];
       PathConstraintCheck::PerMotion d(n);
-      const double value = look_.violation(instants_[i], at(instants_[i].node), &d);
+      const double value = check_.violation(instants_[i], at(instants_[i].node), &d);
       const Eigen::VectorXd gradient =
           node.per_position.transpose() * d.position + node.per_rate.transpose() * d.rate +
           node.per_acceleration.transpose() * d.acceleration +
@@ -319,46 +319,46 @@ class StraightSearch {
 
   // The exactly integrated segment with this self-motion, and its violations.
   ConstrainedStraightIn exact(const Eigen::VectorXd& v) {
-    ConstrainedStraightIn way;
+    ConstrainedStraightIn result;
     StraightInProblem problem = problem_;
-    problem.self_motion = way.self_motion = self_motion_of(v);
-    constexpr long kMostSteps = 10'000;  // segments through a singularity take more
-    problem.most_steps = std::min<long>(problem.most_steps, kMostSteps);
-    way.path = plan_straight_in(base_, problem);
-    evaluations_ += way.path.rhs_evaluations;
-    if (!way.path.finished) {
-      way.trouble = way.path.failure, way.violation = -kNothing;
-      return way;
+    problem.self_motion = result.self_motion = self_motion_of(v);
+    constexpr long kMaxIntegrationSteps = 10'000;  // segments through a singularity take more
+    problem.max_steps = std::min<long>(problem.max_steps, kMaxIntegrationSteps);
+    result.path = plan_straight_in(base_, problem);
+    evaluations_ += result.path.rhs_evaluations;
+    if (!result.path.finished) {
+      result.failure = result.path.failure, result.violation = -kNothing;
+      return result;
     }
     PlacedLinks links;
     const auto point = [&](int i) {
-      const StraightInPoint& p = way.path.points[static_cast<std::size_t>(i)];
+      const StraightInPoint& p = result.path.points[static_cast<std::size_t>(i)];
       std::vector<double> rate, acceleration;
-      for (const JointTrajectory& joint : way.path.joints) {
+      for (const JointTrajectory& joint : result.path.joints) {
         const JointPoint j = evaluate(joint, p.time);
         rate.push_back(j.rate), acceleration.push_back(j.acceleration);
       }
       base_.place(p.position, links);
       return path_point(p.time, p.position, rate, acceleration, p.X_WB, links);
     };
-    way.violation = kNothing;
+    result.violation = kNothing;
     for (const PathConstraintCheck::Found& f :
-         look_.scan(static_cast<int>(way.path.points.size()), point, 0, kNothing, &way.figures)) {
-      if (f.value <= way.violation) continue;
-      way.violation = f.value;
-      if (f.value > kTolerated) way.trouble = look_.describe(f, point(f.at.node));
+         check_.scan(static_cast<int>(result.path.points.size()), point, 0, kNothing, &result.figures)) {
+      if (f.value <= result.violation) continue;
+      result.violation = f.value;
+      if (f.value > kTolerated) result.failure = check_.describe(f, point(f.at.node));
     }
     // A segment whose end-effectors deviate from their paths is infeasible.
     constexpr double kUnmet = 1e-9;  // [m/s or rad/s]
-    const bool is_sound = !way.path.damped && way.path.unmet <= kUnmet;
-    way.kept = way.trouble.empty() && is_sound;
-    if (!is_sound) way.violation = std::max(way.violation, 0.0) + std::max(way.path.unmet, kUnmet);
-    return way;
+    const bool is_sound = !result.path.damped && result.path.unmet <= kUnmet;
+    result.feasible = result.failure.empty() && is_sound;
+    if (!is_sound) result.violation = std::max(result.violation, 0.0) + std::max(result.path.unmet, kUnmet);
+    return result;
   }
 
   FloatingBase& base_;
   const StraightInProblem& problem_;
-  PathConstraintCheck look_;
+  PathConstraintCheck check_;
   SelfMotions motions_;
   double margin_ = 0;
   std::vector<PathConstraintCheck::Instant> instants_;
@@ -373,12 +373,12 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
   ReachProblem with_knots = reach;
   with_knots.start.knots = solution.knots;
   Shooting shooting(base, with_knots);
-  const ShootingIterate shot =
+  const ShootingIterate iterate =
       shooting.shoot(solution.position, solution.rate, SegmentAccuracy::full, solution.coefficients);
   const auto n = static_cast<Eigen::Index>(solution.position.size());
   StartFreedom freedom{Eigen::MatrixXd(n, 0), Matrix6Xd(6, 0)};
-  if (!shot.valid || shot.J.rows() == 0) return freedom;
-  Eigen::MatrixXd J = shot.J.leftCols(n);
+  if (!iterate.valid || iterate.J.rows() == 0) return freedom;
+  Eigen::MatrixXd J = iterate.J.leftCols(n);
   std::vector<Eigen::Index> moving;
   for (Eigen::Index j = 0; j < n; ++j) {
     if (!base.is_held(static_cast<int>(j))) moving.push_back(j);
@@ -389,13 +389,13 @@ StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const 
   const auto count = static_cast<Eigen::Index>(moving.size()) - rank;
   freedom.position = Eigen::MatrixXd::Zero(n, count);
   freedom.position(moving, Eigen::all) = svd.matrixV().rightCols(count);
-  freedom.displacement = shot.per_unknown.leftCols(n) * freedom.position;
+  freedom.displacement = iterate.per_unknown.leftCols(n) * freedom.position;
   return freedom;
 }
 
 ConstrainedStraightIn constrain_straight_in(FloatingBase& base, const StraightInProblem& problem,
-                                            const ReachProblem& kept, const StartFreedom* freedom) {
-  return StraightSearch(base, problem, kept, freedom && freedom->position.cols() > 0 ? freedom : nullptr).run();
+                                            const ReachProblem& reach, const StartFreedom* freedom) {
+  return StraightSearch(base, problem, reach, freedom && freedom->position.cols() > 0 ? freedom : nullptr).run();
 }
 
 }  // namespace grapnel

@@ -38,10 +38,10 @@ struct StartFreedom {
 StartFreedom start_freedom(FloatingBase& base, const ReachProblem& reach, const ReachSolution& solution);
 
 struct ConstrainedStraightIn {
-  bool kept = false;
-  StraightInPath path;     // exact, with the self-motion; empty if only the nodes were evaluated (not kept)
+  bool feasible = false;
+  StraightInPath path;     // exact, with the self-motion; empty if only the nodes were evaluated (infeasible)
   SelfMotion self_motion;  // empty if the minimum-norm rates suffice
-  std::string trouble;     // if not kept: the largest violation, its value and time
+  std::string failure;     // if infeasible: the largest violation, its value and time
   double violation = 0;
   PathFigures figures;
   int self_motions = 0;       // maximum number of independent self-motions along the approach
@@ -49,11 +49,11 @@ struct ConstrainedStraightIn {
   long rhs_evaluations = 0;
 };
 
-/// Finds the final straight approach with the minimum self-motion that satisfies the path constraints of `kept` (its
+/// Finds the final straight approach with the minimum self-motion that satisfies the path constraints of `reach` (its
 /// limits, motion and constraints are read), or the one closest to satisfying them. With `freedom` the approach may
 /// begin elsewhere; then only ConstrainedStraightIn::start is set: the initial joint values that satisfy the
 /// constraints to first order in the freedom.
 ConstrainedStraightIn constrain_straight_in(FloatingBase& base, const StraightInProblem& problem,
-                                            const ReachProblem& kept, const StartFreedom* freedom = nullptr);
+                                            const ReachProblem& reach, const StartFreedom* freedom = nullptr);
 
 }  // namespace grapnel

@@ -53,32 +53,32 @@ struct WorkLimit : std::runtime_error {
 
 class WorkWatch {
  public:
-  using Look = std::function<void(long done)>;
+  using Callback = std::function<void(long done)>;
   static constexpr long kNoLimit = std::numeric_limits<long>::max();
 
   WorkWatch() = default;
-  /// Calls `look` periodically with the number of evaluations so far. An exception from `look` ends the computation, as
-  /// does WorkLimit after `most` evaluations. Optimizers may treat such an exception as a failed evaluation; therefore
-  /// the next evaluation throws it again.
-  explicit WorkWatch(long most, Look look = {}) : most_(most), look_(std::move(look)) {}
+  /// Calls `callback` periodically with the number of evaluations so far. An exception from `callback` ends the
+  /// computation, as does WorkLimit after `limit` evaluations. Optimizers may treat such an exception as a failed
+  /// evaluation; therefore the next evaluation throws it again.
+  explicit WorkWatch(long limit, Callback callback = {}) : limit_(limit), callback_(std::move(callback)) {}
 
   void count(long evaluations = 1) {
     done_ += evaluations;
-    if (done_ >= next_check_) look_up();
+    if (done_ >= next_check_) check();
   }
   long done() const { return done_; }
 
  private:
   static constexpr long kBetweenChecks = 256;
 
-  void look_up() {
-    if (done_ >= most_) throw WorkLimit();
-    if (look_) look_(done_);
+  void check() {
+    if (done_ >= limit_) throw WorkLimit();
+    if (callback_) callback_(done_);
     next_check_ = done_ + kBetweenChecks;
   }
 
-  long most_ = kNoLimit, done_ = 0, next_check_ = 1;
-  Look look_;
+  long limit_ = kNoLimit, done_ = 0, next_check_ = 1;
+  Callback callback_;
 };
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -114,8 +114,8 @@ class FloatingBase {
   int joints() const { return static_cast<int>(joint_link_.size()); }
   bool floats() const { return floats_; }
   /// Makes a floating base attitude-controlled, (7). No effect if the base does not float.
-  void keep_attitude() { keeps_attitude_ = true; }
-  bool turns() const { return floats_ && !keeps_attitude_; }
+  void hold_attitude() { holds_attitude_ = true; }
+  bool turns() const { return floats_ && !holds_attitude_; }
   const Model& model() const { return model_; }
   /// The model in the form of link_placement.hpp.
   ServicerTree<double> tree() const;
@@ -198,7 +198,7 @@ class FloatingBase {
   MotionNumbers<double> motion() { return {V_.data(), h_.data(), dh_.data()}; }
 
   const Model& model_;
-  bool floats_, keeps_attitude_ = false;
+  bool floats_, holds_attitude_ = false;
   WorkWatch* watch_ = nullptr;
   std::vector<bool> held_;       // per joint, if any
   std::vector<int> joint_link_;  // per joint: its link in the tree

@@ -33,7 +33,7 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
 }
 
 // Orientation error of a goal, as a rotation in W.
-Vector3d missed_turn(const Goal& g, const Rotationd& R_WE) {
+Vector3d orientation_error(const Goal& g, const Rotationd& R_WE) {
   if (g.orientation == Goal::Orientation::axis)
     return rotation_vector(rotation_between(g.direction_W, R_WE * g.axis_E));
   if (g.orientation == Goal::Orientation::pose) return rotation_vector(R_WE * transpose(g.X_WG.R));
@@ -60,9 +60,9 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
     const Posed X_WE = X_WB * base.frame_pose(g.frame);
     error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
     if (g.orientation == Goal::Orientation::axis) {
-      error.segment<2>(row + 3) = across(g.direction_W) * column(missed_turn(g, X_WE.R));
+      error.segment<2>(row + 3) = across(g.direction_W) * column(orientation_error(g, X_WE.R));
     } else if (g.orientation == Goal::Orientation::pose) {
-      error.segment<3>(row + 3) = column(missed_turn(g, X_WE.R));
+      error.segment<3>(row + 3) = column(orientation_error(g, X_WE.R));
     }
     row += rows_of(g);
   }
@@ -149,7 +149,7 @@ Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weigh
 }
 
 // The constrained components of an angular velocity.
-Vector3d looked_at(const Goal& g, int spin, const Vector3d& w) {
+Vector3d constrained_spin(const Goal& g, int spin, const Vector3d& w) {
   const Vector3d along = dot(w, g.direction_W) * g.direction_W;
   return spin == 0 ? Vector3d::zero() : spin == 1 ? along : spin == 2 ? w - along : w;
 }
@@ -184,8 +184,8 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
 
 GoalGap goal_gap(const Goal& goal, const Posed& X_WE, const Twistd& V_WE) {
   const Twistd V = V_WE - goal.V_WG;
-  return {X_WE.p - goal.X_WG.p, missed_turn(goal, X_WE.R), V.linear,
-          looked_at(goal, spin_rows(goal, RateDemand::task), V.angular)};
+  return {X_WE.p - goal.X_WG.p, orientation_error(goal, X_WE.R), V.linear,
+          constrained_spin(goal, spin_rows(goal, RateDemand::task), V.angular)};
 }
 
 // Base pose and momentum => minimum-norm rates G^+ b and the unmet part, refined once.

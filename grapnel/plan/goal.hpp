@@ -140,7 +140,7 @@ class Objective {
     std::vector<double> position, rate, coefficients;
   };
   /// Sum of the terms that depend on final values and rates alone, and its gradient unless null. `rate` may be empty:
-  /// zero; `coefficients`: as in PathSegment::fly.
+  /// zero; `coefficients`: as in PathSegment::integrate.
   /// - excursion: the amount of joint motion,
   ///   1/2 sum_j integral_0^1 (d theta_j/dx)^2 dx / integral_0^1 s'(x)^2 dx,   x = (t - begin)/(end - begin)
   /// with s of (6.1): half the sum of squared joint displacements for motions from rest to rest, more if the end rates

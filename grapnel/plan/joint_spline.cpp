@@ -53,8 +53,8 @@ void JointSpline::evaluate(double x, std::span<JointPoint> values) const {
   }
 }
 
-// Path and coefficients => pieces of the trajectory, a Chebyshev series per span interpolated at its points.
-std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span<const double> coefficients) {
+// Path and coefficients => segments of the trajectory, a Chebyshev series per span interpolated at its points.
+std::vector<JointSegment> segments_of(double begin, const JointPath& path, std::span<const double> coefficients) {
   const double T = path.duration;
   const int knots = static_cast<int>(coefficients.size());
   if (knots == 0) return {{begin, begin + T, path}};
@@ -63,7 +63,7 @@ std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span
   const int degree = path.profile == JointProfile::cycloidal ? 24 : kSplineDegree;
   const JointSpline spline(knots);
   std::vector<JointPoint> N(coefficients.size());
-  std::vector<JointPiece> pieces;
+  std::vector<JointSegment> segments;
   for (int s = 0; s <= knots; ++s) {
     const double low = static_cast<double>(s) / (knots + 1), high = static_cast<double>(s + 1) / (knots + 1);
     std::vector<double> values;
@@ -74,10 +74,10 @@ std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span
       for (std::size_t i = 0; i < N.size(); ++i) value += coefficients[i] * N[i].position;
       values.push_back(value);
     }
-    pieces.push_back(
-        {s == 0 ? begin : pieces.back().end, s == knots ? begin + T : begin + high * T, chebyshev_interpolant(values)});
+    segments.push_back({s == 0 ? begin : segments.back().end, s == knots ? begin + T : begin + high * T,
+                        chebyshev_interpolant(values)});
   }
-  return pieces;
+  return segments;
 }
 
 }  // namespace grapnel

@@ -30,8 +30,8 @@ class JointSpline {
   std::vector<double> t_;  // all knots, end knots with multiplicity six
 };
 
-/// The pieces of a joint's trajectory on a segment [begin, begin + path.duration]: the path alone without coefficients,
+/// The segments of a joint's trajectory over [begin, begin + path.duration]: the path alone without coefficients,
 /// otherwise one series per span, equal to (1) up to rounding error. `coefficients`: c_kj of this joint, per N_k.
-std::vector<JointPiece> pieces_of(double begin, const JointPath& path, std::span<const double> coefficients);
+std::vector<JointSegment> segments_of(double begin, const JointPath& path, std::span<const double> coefficients);
 
 }  // namespace grapnel

@@ -19,11 +19,11 @@ const Eigen::VectorXd& NearestBelow::products(Eigen::Index row) {
 }
 
 // Relaxation e^2 => solution of (1): adds the most violated row to the active set until none is violated.
-LeastDistance NearestBelow::with(double giving) {
-  constexpr double kMet = 1e-10;
+LeastDistance NearestBelow::with(double relaxation) {
+  constexpr double kTolerance = 1e-10;
   LeastDistance result{c_, 0, Eigen::VectorXd::Zero(count())};
   if (count() == 0) return result;
-  square_ = giving * mean_square_ + 1e-30;
+  square_ = relaxation * mean_square_ + 1e-30;
   factored_ = 0;
   settle();
   for (Eigen::Index round = 0; round < 3 * count(); ++round) {
@@ -31,9 +31,9 @@ LeastDistance NearestBelow::with(double giving) {
     Eigen::VectorXd beyond = r_;
     for (std::size_t i = 0; i < active_.size(); ++i) beyond -= l_[static_cast<Eigen::Index>(i)] * products(active_[i]);
     for (const Eigen::Index i : active_) beyond[i] = 0;
-    Eigen::Index most = 0;
-    if (!(beyond.maxCoeff(&most) - result.left > kMet)) break;
-    add(most);
+    Eigen::Index worst = 0;
+    if (!(beyond.maxCoeff(&worst) - result.left > kTolerance)) break;
+    add(worst);
   }
   for (std::size_t i = 0; i < active_.size(); ++i) {
     result.multipliers[active_[i]] = l_[static_cast<Eigen::Index>(i)];
@@ -106,8 +106,8 @@ void NearestBelow::settle() {
 }
 
 LeastDistance nearest_below(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
-                            double giving) {
-  return NearestBelow(A, b, c).with(giving);
+                            double relaxation) {
+  return NearestBelow(A, b, c).with(relaxation);
 }
 
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 namespace grapnel {
 
 /// e^2 of (1) relative to the mean square of the rows, for rows to be satisfied whenever possible.
-inline constexpr double kGiving = 1e-9;
+inline constexpr double kRelaxation = 1e-9;
 
 struct LeastDistance {
   Eigen::VectorXd x;
@@ -28,7 +28,7 @@ class NearestBelow {
  public:
   NearestBelow(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, Eigen::VectorXd c);
 
-  LeastDistance with(double giving);
+  LeastDistance with(double relaxation);
   /// Sets the initial active rows.
   void begin_with(std::vector<Eigen::Index> rows);
 
@@ -52,6 +52,6 @@ class NearestBelow {
 
 /// Solves (1) for one e.
 LeastDistance nearest_below(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c,
-                            double giving = kGiving);
+                            double relaxation = kRelaxation);
 
 }  // namespace grapnel

@@ -18,16 +18,20 @@ constexpr double kDifference = 1e-6;  // increment of finite differences of effo
 
 // Base and problem, which must outlive it => check with storage for the efforts.
 PathConstraintCheck::PathConstraintCheck(FloatingBase& base, const ReachProblem& problem)
-    : base_(base), problem_(problem), setup_(problem.way), efforts_(base, problem.motion.gravity), n_(base.joints()) {}
+    : base_(base),
+      problem_(problem),
+      setup_(problem.constraints),
+      efforts_(base, problem.motion.gravity),
+      n_(base.joints()) {}
 
 // States at the nodes => local maxima of all violations above -band, and the figures of the path.
 std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, const PointAt& point_at, double band,
                                                                   double wanted, PathFigures* figures) {
   std::vector<Found> found;
-  std::map<std::tuple<Kept, int, int>, std::vector<double>> series;
-  const auto note = [&](Kept kept, int index, double sign, int node, double v) {
+  std::map<std::tuple<Kind, int, int>, std::vector<double>> series;
+  const auto note = [&](Kind kind, int index, double sign, int node, double v) {
     if (!(v > -kUnbounded)) return;
-    auto& s = series[{kept, index, sign > 0}];
+    auto& s = series[{kind, index, sign > 0}];
     if (s.empty()) s.assign(static_cast<std::size_t>(nodes), -kUnbounded);
     s[static_cast<std::size_t>(node)] = v;
   };
@@ -37,7 +41,7 @@ std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, con
   for (int node = 0; node < nodes; ++node) {
     const PathSegment::SegmentPoint w = point_at(node);
     for (int j = 0; j < n_; ++j)
-      check_joint_limits(j, w, figures, [&](Kept k, double sign, double v) {
+      check_joint_limits(j, w, figures, [&](Kind k, double sign, double v) {
         if (setup_.limits) note(k, j, sign, node, v);
       });
     if (efforts) {
@@ -47,12 +51,12 @@ std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, con
         if (!std::isfinite(limit)) continue;
         const double share = effort[static_cast<std::size_t>(j)] / limit;
         if (figures) figures->effort_share = std::max(figures->effort_share.value_or(0), std::abs(share));
-        note(Kept::effort, j, share > 0 ? 1 : -1, node, std::abs(share) - 1);
+        note(Kind::effort, j, share > 0 ? 1 : -1, node, std::abs(share) - 1);
       }
     }
     const double turn = rotation_angle(transpose(setup_.R_WB0) * w.X_WB.R);
     if (figures) figures->base_turn = std::max(figures->base_turn, turn);
-    if (std::isfinite(setup_.base_turn)) note(Kept::base_turn, 0, 1, node, turn - setup_.base_turn);
+    if (std::isfinite(setup_.base_turn)) note(Kind::base_turn, 0, 1, node, turn - setup_.base_turn);
     for (int i = 0; setup_.wheels && i < static_cast<int>(setup_.wheels->wheels.size()); ++i) {
       const double share = wheel_share(i, w);
       if (figures) {
@@ -61,7 +65,7 @@ std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, con
         largest = std::max(largest, std::abs(share));
       }
       if (std::isfinite(setup_.wheel_share))
-        note(Kept::wheel, i, share > 0 ? 1 : -1, node, std::abs(share) - setup_.wheel_share);
+        note(Kind::wheel, i, share > 0 ? 1 : -1, node, std::abs(share) - setup_.wheel_share);
     }
     if (!setup_.bodies || setup_.bodies->model.pairs().empty()) continue;
     place(w, at);
@@ -83,25 +87,25 @@ std::vector<PathConstraintCheck::Found> PathConstraintCheck::scan(int nodes, con
 std::string PathConstraintCheck::describe(const Found& f, const PathSegment::SegmentPoint& w) const {
   const auto joint = [&] { return base_.model().bodies()[base_.model().joints()[f.at.index]].description.joint.name; };
   const auto j = static_cast<std::size_t>(f.at.index);
-  switch (f.at.kept) {
-    case Kept::position:
+  switch (f.at.kind) {
+    case Kind::position:
       return fmt::format("joint '{}' moves {:.3g} (rad or m) beyond its {} limit of {:.4g} at t = {:.4g} s", joint(),
                          f.value, f.at.sign > 0 ? "upper" : "lower",
                          f.at.sign > 0 ? problem_.upper[j] : problem_.lower[j], w.time);
-    case Kept::rate:
+    case Kind::rate:
       return fmt::format("joint '{}' exceeds its rate limit of {:.4g} by {:.3g} % at t = {:.4g} s", joint(),
                          problem_.rate_limit[j], 100 * f.value, w.time);
-    case Kept::effort:
+    case Kind::effort:
       return fmt::format("joint '{}' exceeds its effort limit of {:.4g} by {:.3g} % at t = {:.4g} s", joint(),
                          setup_.effort_limit[j], 100 * f.value, w.time);
-    case Kept::base_turn:
+    case Kind::base_turn:
       return fmt::format("the base rotates {:.4g} rad from its initial attitude at t = {:.4g} s, the limit is {:.4g}",
                          setup_.base_turn + f.value, w.time, setup_.base_turn);
-    case Kept::wheel:
+    case Kind::wheel:
       return fmt::format("wheel '{}' holds {:.4g} of its momentum capacity at t = {:.4g} s, the limit is {:.4g}",
                          setup_.wheels->wheels[static_cast<std::size_t>(f.at.index)].name, setup_.wheel_share + f.value,
                          w.time, setup_.wheel_share);
-    case Kept::clearance:
+    case Kind::clearance:
       break;
   }
   const ClearancePair& pair = setup_.bodies->model.pairs()[static_cast<std::size_t>(f.at.index)];
@@ -130,22 +134,22 @@ void PathConstraintCheck::evaluate_efforts(const std::vector<double>& position, 
 // joints, rates, accelerations and base rotation.
 double PathConstraintCheck::violation(const Instant& at, const PathSegment::SegmentPoint& w, PerMotion* d) {
   const auto j = static_cast<std::size_t>(at.index);
-  switch (at.kept) {
-    case Kept::position:
+  switch (at.kind) {
+    case Kind::position:
       if (d) d->position[at.index] = at.sign;
       return at.sign > 0 ? w.position[j] - problem_.upper[j] : problem_.lower[j] - w.position[j];
-    case Kept::rate:
+    case Kind::rate:
       if (d) d->rate[at.index] = at.sign / problem_.rate_limit[j];
       return at.sign * w.rate[j] / problem_.rate_limit[j] - 1;
-    case Kept::effort:
+    case Kind::effort:
       return effort_violation(at, w, d);
-    case Kept::base_turn: {
+    case Kind::base_turn: {
       const Vector3d phi = rotation_vector(w.X_WB.R * transpose(setup_.R_WB0));
       const double angle = norm(phi);
       if (d && angle > 0) d->turn = column((1 / angle) * phi);
       return angle - setup_.base_turn;
     }
-    case Kept::wheel: {
+    case Kind::wheel: {
       if (d) {
         std::vector<double> weights(setup_.wheels->wheels.size());
         weights[j] = at.sign;
@@ -153,7 +157,7 @@ double PathConstraintCheck::violation(const Instant& at, const PathSegment::Segm
       }
       return at.sign * wheel_share(at.index, w) - setup_.wheel_share;
     }
-    case Kept::clearance:
+    case Kind::clearance:
       break;
   }
   const double value = *setup_.clearance - distance(at.index, w, d);
@@ -167,10 +171,10 @@ void PathConstraintCheck::check_joint_limits(int joint, const PathSegment::Segme
   if (base_.is_held(joint)) return;
   const auto j = static_cast<std::size_t>(joint);
   const double above = w.position[j] - problem_.upper[j], below = problem_.lower[j] - w.position[j];
-  at(Kept::position, 1.0, above), at(Kept::position, -1.0, below);
+  at(Kind::position, 1.0, above), at(Kind::position, -1.0, below);
   const double limit = problem_.rate_limit.empty() ? kUnbounded : problem_.rate_limit[j];
   const double share = std::isfinite(limit) ? w.rate[j] / limit : 0;
-  if (std::isfinite(limit)) at(Kept::rate, 1.0, share - 1), at(Kept::rate, -1.0, -share - 1);
+  if (std::isfinite(limit)) at(Kind::rate, 1.0, share - 1), at(Kind::rate, -1.0, -share - 1);
   if (!figures) return;
   figures->position_margin = std::min(figures->position_margin, -std::max(above, below));
   figures->rate_share = std::max(figures->rate_share, std::abs(share));
@@ -262,17 +266,17 @@ void PathConstraintCheck::place(const PathSegment::SegmentPoint& w, Kinematics& 
 
 bool PathConstraintCheck::may_touch(int pair, const PathSegment::SegmentPoint& w, const Kinematics& at) const {
   const ConstraintBodies& bodies = *setup_.bodies;
-  const int index = bodies.hand[static_cast<std::size_t>(pair)];
+  const int index = bodies.end_effector[static_cast<std::size_t>(pair)];
   if (index < 0) return false;
-  const ConstraintBodies::Hand& hand = bodies.hands[static_cast<std::size_t>(index)];
-  const Frame& frame = base_.model().frames()[hand.frame];
+  const ConstraintBodies::EndEffector& end_effector = bodies.end_effectors[static_cast<std::size_t>(index)];
+  const Frame& frame = base_.model().frames()[end_effector.frame];
   const BodyPlacement& placement = base_.model().bodies()[frame.body].placement;
   const Posed X_WE = w.X_WB * w.links().X_BL[static_cast<std::size_t>(placement.link)] * placement.X_LB * frame.X_BE;
-  return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(hand.target)] * hand.p_TG) <= hand.near;
+  return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(end_effector.target)] * end_effector.p_TG) <= end_effector.near;
 }
 
 bool PathConstraintCheck::may_touch(const Instant& at, const PathSegment::SegmentPoint& w) {
-  if (at.kept != Kept::clearance) return false;
+  if (at.kind != Kind::clearance) return false;
   Kinematics kinematics;
   place(w, kinematics);
   return may_touch(at.index, w, kinematics);
@@ -283,17 +287,18 @@ template <class Note>
 void PathConstraintCheck::check_distances(int node, const PathSegment::SegmentPoint& w, const Kinematics& at,
                                           double band, double wanted, PathFigures* figures, Note&& note) {
   const ClearanceModel& model = setup_.bodies->model;
-  const double kept = setup_.clearance.value_or(-kUnbounded);
+  const double required = setup_.clearance.value_or(-kUnbounded);
   for (int p = 0; p < static_cast<int>(model.pairs().size()); ++p) {
-    const double least = std::max(kept + band, std::max(wanted, figures ? figures->clearance.distance : -kUnbounded));
-    if (model.coarse_bound(p, at) > least || model.lower_bound(p, at) > least || may_touch(p, w, at)) continue;
+    const double cutoff =
+        std::max(required + band, std::max(wanted, figures ? figures->clearance.distance : -kUnbounded));
+    if (model.coarse_bound(p, at) > cutoff || model.lower_bound(p, at) > cutoff || may_touch(p, w, at)) continue;
     const ShapeDistance d = model.distance(p, at);
     if (figures && d.distance < figures->clearance.distance) {
       const ClearancePair& pair = model.pairs()[static_cast<std::size_t>(p)];
       figures->clearance = {d.distance, p, pair.body_a, pair.body_b, d.point_a, d.point_b, d.normal};
       figures->clearance_time = w.time;
     }
-    note(Kept::clearance, p, 1.0, node, std::max(kept, wanted - band) - d.distance);
+    note(Kind::clearance, p, 1.0, node, std::max(required, wanted - band) - d.distance);
   }
 }
 

@@ -19,9 +19,9 @@ class PathConstraintCheck {
   /// Kinds of path constraints. Values are positive if violated: positions [rad or m], rates and efforts as a share of
   /// their limits minus one, distances [m], rotation of the base [rad], wheel momenta as a share of the wheel's
   /// capacity.
-  enum class Kept { position, rate, effort, clearance, base_turn, wheel };
+  enum class Kind { position, rate, effort, clearance, base_turn, wheel };
   struct Instant {
-    Kept kept = Kept::position;
+    Kind kind = Kind::position;
     int index = 0;    // joint, pair or wheel
     double sign = 1;  // +1: upper limit, -1: lower limit
     int node = 0;
@@ -81,7 +81,7 @@ class PathConstraintCheck {
   bool checks_efforts() const;
   double effort_violation(const Instant& at, const PathSegment::SegmentPoint& w, PerMotion* d);
 
-  // Calls at(kept, sign, violation) for both limits of a joint's position and rate.
+  // Calls at(kind, sign, violation) for both limits of a joint's position and rate.
   template <class At>
   void check_joint_limits(int joint, const PathSegment::SegmentPoint& w, PathFigures* figures, At&& at);
 

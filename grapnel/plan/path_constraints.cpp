@@ -14,25 +14,25 @@ namespace grapnel {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr int kWayPanels[] = {8, 2};  // minimum number of panels of 16 nodes
+constexpr int kPanels[] = {8, 2};  // minimum number of panels of 16 nodes
 
-using Kept = PathConstraintCheck::Kept;
+using Kind = PathConstraintCheck::Kind;
 using Instant = PathConstraintCheck::Instant;
 using Found = PathConstraintCheck::Found;
 
 // The exchange method for one start: nearly violated constraints at the nodes are constraints of the program.
 class Exchange : private NonlinearProgram {
  public:
-  Exchange(ConstrainedSegment& way, ConstrainedSegment& finer, int steps)
-      : way_(way), finer_(finer), setup_(way.problem().way), n_(way.joints()), steps_(steps) {
-    for (const Objective::Term& t : way.problem().objective.terms()) {
+  Exchange(ConstrainedSegment& segment, ConstrainedSegment& finer, int steps)
+      : segment_(segment), finer_(finer), setup_(segment.problem().constraints), n_(segment.joints()), steps_(steps) {
+    for (const Objective::Term& t : segment.problem().objective.terms()) {
       if (t.kind == Objective::Kind::clearance) clearance_weight_ = t.weight;
     }
-    const std::vector<double>& limit = way.problem().rate_limit;
+    const std::vector<double>& limit = segment.problem().rate_limit;
     for (int j = 0; j < static_cast<int>(limit.size()); ++j) {
       if (std::isfinite(limit[static_cast<std::size_t>(j)])) limited_.push_back(j);
     }
-    for (int i = 0; i < way.unknowns(); ++i) {
+    for (int i = 0; i < segment.unknowns(); ++i) {
       if (!is_held(i)) free_.push_back(i);
     }
   }
@@ -42,13 +42,13 @@ class Exchange : private NonlinearProgram {
   ConstrainedSolution run(const ShootingIterate& solution, std::vector<double> coefficients, bool improves) {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
-    y.resize(static_cast<std::size_t>(way_.unknowns()));
+    y.resize(static_cast<std::size_t>(segment_.unknowns()));
     last_valid_ = solution;
     last_valid_.K.resize(0, 0);
     last_valid_.coefficients.assign(y.begin() + n_, y.end());
     ConstrainedSolution end;
-    if (!go_to(y)) {
-      end.trouble = "the motion is not resolved", end.violation = kInfinite;
+    if (!move_to(y)) {
+      end.failure = "the motion is not resolved", end.violation = kInfinite;
       return end;
     }
     if (!improves) return finish(y);
@@ -58,17 +58,17 @@ class Exchange : private NonlinearProgram {
       settled_ = is_best_as_it_is() && violation() <= 2 * kAimed;
       if (!settled_) {
         QuadraticSearch search;
-        search.most = steps_;
+        search.max_steps = steps_;
         if (wants_clearance()) search.settled = kSettledDistance;
         may_improve = minimize(*this, free_, search, y, B_) >= steps_;
         settled_ = violation() <= 2 * kAimed;
       }
       end = finish(y);
       end.may_improve = may_improve;
-      if (end.kept || i == kFiner || !(end.violation < 1e-2)) break;
+      if (end.feasible || i == kFiner || !(end.violation < 1e-2)) break;
       // The violation between the nodes exceeds that at the nodes by this amount.
       margin_ += 2 * end.violation;
-      if (!go_to(y)) break;
+      if (!move_to(y)) break;
     }
     return end;
   }
@@ -81,80 +81,82 @@ class Exchange : private NonlinearProgram {
   static constexpr double kBand = 0.05, kNear = 0.2;
   static constexpr double kSettledDistance = 1e-4;  // minimum decrease of an objective with clearance over a few steps
   static constexpr double kFar = 5;                 // longer steps are not useful [rad or m]
-  static constexpr double kMostBent = 20;           // maximum spline coefficient [rad or m]
+  static constexpr double kMaxCoefficient = 20;     // maximum spline coefficient [rad or m]
   static constexpr double kOfLimit = 0.9999;        // of final rate limits: margin for refinement
 
   bool wants_clearance() const { return clearance_weight_ > 0; }
   bool is_held(int unknown) const {
     const auto j = static_cast<std::size_t>(unknown);
-    const ReachProblem& p = way_.problem();
-    return unknown < n_ ? p.lower[j] == p.upper[j] : way_.is_held(unknown % n_);
+    const ReachProblem& p = segment_.problem();
+    return unknown < n_ ? p.lower[j] == p.upper[j] : segment_.is_held(unknown % n_);
   }
 
   // Without splines the search has already minimized objectives that depend on the end alone.
   bool is_best_as_it_is() const {
-    return !wants_clearance() && way_.problem().objective.depends_on_end_alone() && way_.problem().start.knots == 0;
+    return !wants_clearance() && segment_.problem().objective.depends_on_end_alone() &&
+           segment_.problem().start.knots == 0;
   }
 
   // --- Interface of the nonlinear program
 
-  bool go_to(const std::vector<double>& y) override {
+  bool move_to(const std::vector<double>& y) override {
     is_scanned_ = false;
-    if (!way_.shoot(y, last_valid_, SegmentAccuracy::search).valid) return false;
-    last_valid_ = way_.shot();
+    if (!segment_.shoot(y, last_valid_, SegmentAccuracy::search).valid) return false;
+    last_valid_ = segment_.iterate();
     return true;
   }
 
   double value() override {
     scan();
-    return way_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * known_least() : 0);
+    return segment_.objective(nullptr) - (wants_clearance() ? clearance_weight_ * known_min_distance() : 0);
   }
 
-  // Last shot => largest violation over nodes, goal errors, bounds of the unknowns and final rate limits; infinite if
-  // the shot failed.
+  // Last iterate => largest violation over nodes, goal errors, bounds of the unknowns and final rate limits; infinite
+  // if its evaluation failed.
   double violation() override {
-    if (!way_.shot().valid) return kInfinite;
+    if (!segment_.iterate().valid) return kInfinite;
     scan();
-    double most = std::max(worst_ + margin_ + kAimed, way_.shot().largest_error());
+    double result = std::max(worst_ + margin_ + kAimed, segment_.iterate().largest_error());
     for (int i : free_) {
       const auto j = static_cast<std::size_t>(i);
       if (i >= n_) {
-        most = std::max(most, std::abs(way_.shot().coefficients[j - static_cast<std::size_t>(n_)]) - kMostBent);
+        result = std::max(
+            result, std::abs(segment_.iterate().coefficients[j - static_cast<std::size_t>(n_)]) - kMaxCoefficient);
         continue;
       }
-      const double at = way_.shot().position[j];
-      most = std::max({most, at - way_.problem().upper[j], way_.problem().lower[j] - at});
+      const double at = segment_.iterate().position[j];
+      result = std::max({result, at - segment_.problem().upper[j], segment_.problem().lower[j] - at});
     }
     for (int j : limited_)
-      most = std::max(most, std::abs(way_.shot().rate[static_cast<std::size_t>(j)]) / limit(j) - 1);
-    return most;
+      result = std::max(result, std::abs(segment_.iterate().rate[static_cast<std::size_t>(j)]) / limit(j) - 1);
+    return result;
   }
 
   // No distance is known if all close pairs may touch.
-  double known_least() const { return std::isfinite(least_) ? least_ : 0; }
+  double known_min_distance() const { return std::isfinite(min_distance_) ? min_distance_ : 0; }
 
-  // Largest violation of the last shot. Instants with nearly violated constraints are added to the program.
+  // Largest violation of the last iterate. Instants with nearly violated constraints are added to the program.
   void scan() {
     if (is_scanned_) return;
     is_scanned_ = true;
-    if (way_.nodes() != nodes_) {
+    if (segment_.nodes() != nodes_) {
       first_ += static_cast<long>(instants_.size());
-      instants_.clear(), nodes_ = way_.nodes();
+      instants_.clear(), nodes_ = segment_.nodes();
     }
-    const double band = kBand + margin_, kept = setup_.clearance.value_or(-kInfinite);
-    const auto look = [&](double wanted) {
+    const double band = kBand + margin_, min_clearance = setup_.clearance.value_or(-kInfinite);
+    const auto scan_pairs = [&](double wanted) {
       PathFigures figures;
-      std::vector<Found> found = way_.scan(band, wanted, wants_clearance() ? &figures : nullptr);
-      least_ = figures.clearance.distance;
-      const double asked = std::max(0.0, wanted - band - kept);
-      for (Found& f : found) f.value -= f.at.kept == Kept::clearance ? asked : 0;
+      std::vector<Found> found = segment_.scan(band, wanted, wants_clearance() ? &figures : nullptr);
+      min_distance_ = figures.clearance.distance;
+      const double required = std::max(0.0, wanted - band - min_clearance);
+      for (Found& f : found) f.value -= f.at.kind == Kind::clearance ? required : 0;
       return found;
     };
     // The minimum distance has barely changed; otherwise close pairs are searched for again.
     double wanted = -kInfinite;
-    if (wants_clearance()) wanted = std::isfinite(least_) ? least_ + kBand : 0;
-    std::vector<Found> found = look(wanted);
-    if (wants_clearance() && least_ + 0.5 * kBand > wanted) found = look(least_ + kBand);
+    if (wants_clearance()) wanted = std::isfinite(min_distance_) ? min_distance_ + kBand : 0;
+    std::vector<Found> found = scan_pairs(wanted);
+    if (wants_clearance() && min_distance_ + 0.5 * kBand > wanted) found = scan_pairs(min_distance_ + kBand);
     worst_ = -kInfinite;
     for (const Found& f : found) {
       worst_ = std::max(worst_, f.value);
@@ -162,7 +164,7 @@ class Exchange : private NonlinearProgram {
     }
   }
 
-  double limit(int joint) const { return kOfLimit * way_.problem().rate_limit[static_cast<std::size_t>(joint)]; }
+  double limit(int joint) const { return kOfLimit * segment_.problem().rate_limit[static_cast<std::size_t>(joint)]; }
 
   // Numbering of the program's rows: instants, each also with a row for the minimum distance; limits of unknowns and of
   // final rates.
@@ -174,25 +176,26 @@ class Exchange : private NonlinearProgram {
   std::optional<double> row(long number, Eigen::VectorXd* gradient) {
     const long i = number / kKinds;
     const auto of = static_cast<Of>(number % kKinds);
-    const ShootingIterate& shot = way_.shot();
+    const ShootingIterate& iterate = segment_.iterate();
     if (of == Of::instant || of == Of::level) {
       if (i < first_) return std::nullopt;
       const Instant& at = instants_[static_cast<std::size_t>(i - first_)];
-      if (way_.may_touch(at)) return std::nullopt;
-      if (at.kept != Kept::clearance) return way_.value(at, gradient) + margin_ + kAimed;
-      const double d = way_.distance(at.index, at.node, gradient);
+      if (segment_.may_touch(at)) return std::nullopt;
+      if (at.kind != Kind::clearance) return segment_.value(at, gradient) + margin_ + kAimed;
+      const double d = segment_.distance(at.index, at.node, gradient);
       if (gradient) *gradient *= -1;
       return (of == Of::level ? level_ : *setup_.clearance + margin_ + kAimed) - d;
     }
     const double sign = of == Of::upper || of == Of::rate ? 1 : -1;
     const auto j = static_cast<std::size_t>(i);
     if (of == Of::rate || of == Of::rate_back) {
-      if (gradient) *gradient = (sign / limit(static_cast<int>(i))) * shot.K.row(i).transpose();
-      return sign * shot.rate[j] / limit(static_cast<int>(i)) - 1;
+      if (gradient) *gradient = (sign / limit(static_cast<int>(i))) * iterate.K.row(i).transpose();
+      return sign * iterate.rate[j] / limit(static_cast<int>(i)) - 1;
     }
-    if (gradient) *gradient = sign * Eigen::VectorXd::Unit(way_.unknowns(), i);
-    if (i >= n_) return sign * shot.coefficients[j - static_cast<std::size_t>(n_)] - kMostBent;
-    return sign > 0 ? shot.position[j] - way_.problem().upper[j] : way_.problem().lower[j] - shot.position[j];
+    if (gradient) *gradient = sign * Eigen::VectorXd::Unit(segment_.unknowns(), i);
+    if (i >= n_) return sign * iterate.coefficients[j - static_cast<std::size_t>(n_)] - kMaxCoefficient;
+    return sign > 0 ? iterate.position[j] - segment_.problem().upper[j]
+                    : segment_.problem().lower[j] - iterate.position[j];
   }
 
   bool has_more() override { return first_ + static_cast<long>(instants_.size()) > known_ || first_ != known_first_; }
@@ -200,16 +203,16 @@ class Exchange : private NonlinearProgram {
   // Present point => gradients of the objective, the goals' errors and the nearly violated constraints.
   Linearized linearized() override {
     scan();
-    level_ = known_least();
+    level_ = known_min_distance();
     known_ = first_ + static_cast<long>(instants_.size()), known_first_ = first_;
-    const ShootingIterate& shot = way_.shot();
-    const Eigen::Index unknowns = way_.unknowns(), size = unknowns + (wants_clearance() ? 1 : 0);
+    const ShootingIterate& iterate = segment_.iterate();
+    const Eigen::Index unknowns = segment_.unknowns(), size = unknowns + (wants_clearance() ? 1 : 0);
     Linearized at;
-    at.error = shot.error;
-    at.J = Eigen::MatrixXd::Zero(shot.J.rows(), size);
-    at.J.leftCols(unknowns) = shot.J;
+    at.error = iterate.error;
+    at.J = Eigen::MatrixXd::Zero(iterate.J.rows(), size);
+    at.J.leftCols(unknowns) = iterate.J;
     Eigen::VectorXd g;
-    way_.objective(&g);
+    segment_.objective(&g);
     at.slope.resize(size);
     at.slope.head(unknowns) = g;
     if (wants_clearance()) at.slope[unknowns] = -clearance_weight_;
@@ -228,7 +231,7 @@ class Exchange : private NonlinearProgram {
     };
     for (std::size_t i = 0; i < instants_.size(); ++i) {
       const long k = first_ + static_cast<long>(i);
-      const bool is_distance = instants_[i].kept == Kept::clearance;
+      const bool is_distance = instants_[i].kind == Kind::clearance;
       if (!is_distance || setup_.clearance) put(Of::instant, k, kNear);
       if (is_distance && wants_clearance()) put(Of::level, k, kNear);
     }
@@ -244,8 +247,8 @@ class Exchange : private NonlinearProgram {
     return at;
   }
 
-  void look(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
-    error = way_.shot().error;
+  void evaluate(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
+    error = segment_.iterate().error;
     violated.resize(static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i)
       violated[static_cast<Eigen::Index>(i)] = row(rows[i], nullptr).value_or(-kNear);
@@ -253,61 +256,62 @@ class Exchange : private NonlinearProgram {
 
   Eigen::MatrixXd curvature() override {
     scan();
-    const Objective& objective = way_.problem().objective;
-    Eigen::MatrixXd B = objective.curvature(way_.shot().K);
+    const Objective& objective = segment_.problem().objective;
+    Eigen::MatrixXd B = objective.curvature(segment_.iterate().K);
     if (objective.depends_on_end_alone()) return B;
     // The scale of other objectives is their own value: a step of one radian changes them by that amount.
-    constexpr double kLeast = 1e-9;
-    const double nearest = wants_clearance() && std::isfinite(least_) ? clearance_weight_ * std::abs(least_) : 0;
-    B.diagonal().array() += std::max(kLeast, std::abs(way_.objective(nullptr)) + nearest);
+    constexpr double kMinCurvature = 1e-9;
+    const double nearest =
+        wants_clearance() && std::isfinite(min_distance_) ? clearance_weight_ * std::abs(min_distance_) : 0;
+    B.diagonal().array() += std::max(kMinCurvature, std::abs(segment_.objective(nullptr)) + nearest);
     return B;
   }
 
   // Refines the goals by Newton's method, and checks the path densely.
   ConstrainedSolution finish(const std::vector<double>& found) {
     ConstrainedSolution end;
-    std::vector<double> y = found, lower = way_.problem().lower, upper = way_.problem().upper;
+    std::vector<double> y = found, lower = segment_.problem().lower, upper = segment_.problem().upper;
     lower.resize(y.size(), -kInfinite), upper.resize(y.size(), kInfinite);
-    for (std::size_t i = static_cast<std::size_t>(way_.joints()); i < y.size(); ++i) {
-      if (way_.is_held(static_cast<int>(i) % way_.joints())) lower[i] = upper[i] = 0;
+    for (std::size_t i = static_cast<std::size_t>(segment_.joints()); i < y.size(); ++i) {
+      if (segment_.is_held(static_cast<int>(i) % segment_.joints())) lower[i] = upper[i] = 0;
     }
     for (std::size_t j = 0; j < y.size(); ++j) y[j] = std::clamp(y[j], lower[j], upper[j]);
     ShootingIterate like = last_valid_;
     for (int i = 0; i < 8; ++i) {
-      const ShootingIterate& shot = finer_.shoot(y, like, SegmentAccuracy::full);
-      if (!shot.valid) break;
-      like = shot;
-      if (shot.largest_error() <= 1e-2 * kArrived) break;
-      const NewtonStep step = least_norm_step(shot.J, shot.error, y, lower, upper, 1e-6);
+      const ShootingIterate& iterate = finer_.shoot(y, like, SegmentAccuracy::full);
+      if (!iterate.valid) break;
+      like = iterate;
+      if (iterate.largest_error() <= 1e-2 * kArrived) break;
+      const NewtonStep step = minimum_norm_step(iterate.J, iterate.error, y, lower, upper, 1e-6);
       for (std::size_t j = 0; j < y.size(); ++j) {
         y[j] = std::clamp(y[j] + step.d[static_cast<Eigen::Index>(j)], lower[j], upper[j]);
       }
     }
-    const ShootingIterate& shot = finer_.shot();
-    if (!shot.valid) {
-      end.trouble = "the motion is not resolved", end.violation = kInfinite;
+    const ShootingIterate& iterate = finer_.iterate();
+    if (!iterate.valid) {
+      end.failure = "the motion is not resolved", end.violation = kInfinite;
       return end;
     }
-    end.shot = std::make_shared<ShootingIterate>(shot);
+    end.iterate = std::make_shared<ShootingIterate>(iterate);
     end.knots = finer_.problem().start.knots;
-    end.position = shot.position, end.rate = shot.rate, end.coefficients = shot.coefficients;
+    end.position = iterate.position, end.rate = iterate.rate, end.coefficients = iterate.coefficients;
     end.violation = -kInfinite;
     for (const Found& f : finer_.scan(0, -kInfinite, &end.figures)) {
       if (f.value <= end.violation) continue;
       end.violation = f.value;
-      if (f.value > kTolerated) end.trouble = finer_.describe(f);
+      if (f.value > kTolerated) end.failure = finer_.describe(f);
     }
-    for (std::size_t j = 0; j < way_.problem().rate_limit.size(); ++j) {
-      const double share = std::abs(shot.rate[j]) / way_.problem().rate_limit[j];
+    for (std::size_t j = 0; j < segment_.problem().rate_limit.size(); ++j) {
+      const double share = std::abs(iterate.rate[j]) / segment_.problem().rate_limit[j];
       if (share > 1 + kTolerated && share - 1 > end.violation && setup_.limits) {
         end.violation = share - 1;
-        end.trouble = "final rates exceed their limits";
+        end.failure = "final rates exceed their limits";
       }
     }
-    if (shot.largest_error() > kArrived) {
-      end.trouble = "the end-effectors do not arrive", end.violation = std::max(end.violation, shot.largest_error());
+    if (iterate.largest_error() > kArrived) {
+      end.failure = "the end-effectors do not arrive", end.violation = std::max(end.violation, iterate.largest_error());
     }
-    end.kept = end.trouble.empty();
+    end.feasible = end.failure.empty();
     end.objective = finer_.objective(nullptr, &end.terms);
     const auto& terms = finer_.problem().objective.terms();
     for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -318,7 +322,7 @@ class Exchange : private NonlinearProgram {
     return end;
   }
 
-  ConstrainedSegment& way_;
+  ConstrainedSegment& segment_;
   ConstrainedSegment& finer_;
   const PathConstraints& setup_;
   int n_, steps_;
@@ -328,10 +332,10 @@ class Exchange : private NonlinearProgram {
   bool settled_ = false;
   Eigen::MatrixXd B_;
   ShootingIterate last_valid_;
-  // Results of scan() at the last shot.
+  // Results of scan() at the last iterate.
   bool is_scanned_ = false;
-  double worst_ = -kInfinite, least_ = kInfinite;
-  double level_ = kInfinite;  // least_ at the last linearized()
+  double worst_ = -kInfinite, min_distance_ = kInfinite;
+  double level_ = kInfinite;  // min_distance_ at the last linearized()
   std::vector<Instant> instants_;
   long first_ = 0;                    // number of the first instant
   long known_ = 0, known_first_ = 0;  // range of the instants at the last linearized()
@@ -341,8 +345,8 @@ class Exchange : private NonlinearProgram {
 }  // namespace
 
 bool depends_on_path(const ReachProblem& problem) {
-  return problem.way.has_constraints() || !problem.objective.depends_on_end_alone() ||
-         problem.way.knots.value_or(0) > 0;
+  return problem.constraints.has_constraints() || !problem.objective.depends_on_end_alone() ||
+         problem.constraints.knots.value_or(0) > 0;
 }
 
 bool wants_clearance(const ReachProblem& problem) {
@@ -373,18 +377,18 @@ std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const R
 ConstrainedSolution solve_with_path_constraints(FloatingBase& base, const ReachProblem& problem,
                                                 const ShootingIterate& solution, int knots, int attempt, int steps) {
   constexpr int kFiner = 4;
-  const bool at_all_times = problem.way.has_constraints() || wants_clearance(problem);
-  const int panels = kWayPanels[at_all_times ? 0 : 1];
-  ConstrainedSegment way(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
+  const bool at_all_times = problem.constraints.has_constraints() || wants_clearance(problem);
+  const int panels = kPanels[at_all_times ? 0 : 1];
+  ConstrainedSegment segment(base, problem, knots, panels), finer(base, problem, knots, kFiner * panels);
   std::vector<double> coefficients = coefficients_to_begin_with(base, problem, solution, knots, attempt);
-  Exchange exchange(attempt == kAtAllNodes ? finer : way, finer, steps);
+  Exchange exchange(attempt == kAtAllNodes ? finer : segment, finer, steps);
   ConstrainedSolution end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
   // Violations between the nodes may exceed those at the nodes, for example near a grasp point.
-  if (!end.kept && end.shot && exchange.settled()) {
-    ConstrainedSolution closer = Exchange(finer, finer, steps).run(*end.shot, end.coefficients, true);
-    if (closer.kept) end = std::move(closer);
+  if (!end.feasible && end.iterate && exchange.settled()) {
+    ConstrainedSolution closer = Exchange(finer, finer, steps).run(*end.iterate, end.coefficients, true);
+    if (closer.feasible) end = std::move(closer);
   }
-  end.rhs_evaluations = way.rhs_evaluations() + finer.rhs_evaluations();
+  end.rhs_evaluations = segment.rhs_evaluations() + finer.rhs_evaluations();
   return end;
 }
 

@@ -42,14 +42,14 @@ struct ConstraintBodies {
   /// Writes the poses in W of the bodies that the servicer does not carry.
   std::function<void(double time, std::vector<Posed>& X_WB)> place_others;
   /// An end-effector may touch its target while its frame is within `near` of the grasp point.
-  struct Hand {
+  struct EndEffector {
     int frame = 0;   // of the servicer's model
     int target = 0;  // body
     Vector3d p_TG = Vector3d::zero();
     double near = 0;  // [m]
   };
-  std::vector<Hand> hands;
-  std::vector<int> hand;  // per pair of `model`: index of its end-effector; -1: none
+  std::vector<EndEffector> end_effectors;
+  std::vector<int> end_effector;  // per pair of `model`: index of its end-effector; -1: none
 };
 
 /// A larger violation is reported; the search aims at the smaller value [rad, m or 1].
@@ -91,8 +91,8 @@ struct PathFigures {
 
 /// A solution that satisfies the path constraints, or the one closest to satisfying them.
 struct ConstrainedSolution {
-  bool kept = false;
-  std::string trouble;  // if not: the largest violation, its value and time
+  bool feasible = false;
+  std::string failure;  // if not: the largest violation, its value and time
   double violation = 0;
   bool obstructed = false;   // by nearest_feasible_path(): a distance between bodies is among the largest violations
   bool may_improve = false;  // the step limit ended the search before the objective converged
@@ -101,7 +101,7 @@ struct ConstrainedSolution {
   double objective = 0;
   std::vector<double> terms;  // of the objective, in the order of Objective::terms(), without weights
   PathFigures figures;
-  std::shared_ptr<ShootingIterate> shot;
+  std::shared_ptr<ShootingIterate> iterate;
   long rhs_evaluations = 0;
 };
 
@@ -112,10 +112,10 @@ struct ConstrainedSolution {
 /// the end. kOnwards: as 0.
 inline constexpr int kAsItIs = -1, kAtAllNodes = -2, kOnwards = -3;
 /// Step limit of each run of sequential quadratic programming.
-inline constexpr int kMostSteps = 150;
+inline constexpr int kMaxSearchSteps = 150;
 ConstrainedSolution solve_with_path_constraints(FloatingBase& base, const ReachProblem& problem,
                                                 const ShootingIterate& solution, int knots, int attempt,
-                                                int steps = kMostSteps);
+                                                int steps = kMaxSearchSteps);
 
 /// Initial coefficients of an attempt.
 std::vector<double> coefficients_to_begin_with(const FloatingBase& base, const ReachProblem& problem,

@@ -18,8 +18,8 @@
 namespace grapnel {
 
 /// The motion with the smallest violation near `solution`; `knots` and `attempt` as in solve_with_path_constraints().
-/// Stops if no violation at the nodes exceeds `enough`. Sets `violation`, `trouble`, `shot` (null if nothing could be
-/// evaluated) and the motion of the result; the objective is not evaluated.
+/// Stops if no violation at the nodes exceeds `enough`. Sets `violation`, `failure`, `iterate` (null if nothing could
+/// be evaluated) and the motion of the result; the objective is not evaluated.
 ConstrainedSolution nearest_feasible_path(FloatingBase& base, const ReachProblem& problem,
                                           const ShootingIterate& solution, int knots, int attempt, double enough);
 

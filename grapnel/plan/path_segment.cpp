@@ -19,9 +19,9 @@ using Vector4 = std::array<double, 4>;
 // Maximum of the last Legendre coefficients of w over a panel, times its length [rad]. The collocation error is
 // proportional to their square.
 constexpr double kUnresolved[] = {1e-5, 1e-8};
-// Maximum number of nodes per segment: joint motion that needs more is not a useful plan, and all nodes are kept in
+// Maximum number of nodes per segment: joint motion that needs more is not a useful plan, and all nodes are stored in
 // memory. About three nodes are needed per radian of joint or base rotation.
-constexpr std::size_t kMostNodes[] = {4096, 8192};
+constexpr std::size_t kMaxNodes[] = {4096, 8192};
 
 const GaussLegendre& method() {
   static const GaussLegendre gauss(kStages);
@@ -114,20 +114,20 @@ PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion moti
                               tree.joints, spline_.knots(), layout_, collocation()}));
   // A spline's third derivatives jump at its knots: panels must not contain knots.
   for (int& panels : panels_) panels = spline_.knots() + 1;
-  least_panels_ = spline_.knots() + 1;
+  min_panels_ = spline_.knots() + 1;
 }
 
 JointPath PathSegment::path(int j, double position, double rate) const {
   return {start_.profile, start_.end - start_.begin, start_.position[j], position, start_.rate[j], rate};
 }
 
-std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
-                                            std::span<const double> coefficients) const {
+std::vector<JointSegment> PathSegment::joint_segments(int j, double position, double rate,
+                                                      std::span<const double> coefficients) const {
   std::vector<double> own;
   for (std::size_t k = static_cast<std::size_t>(j); k < coefficients.size(); k += start_.position.size()) {
     own.push_back(coefficients[k]);
   }
-  return pieces_of(start_.begin, path(j, position, rate), own);
+  return segments_of(start_.begin, path(j, position, rate), own);
 }
 
 // Number of panels => times, weights and basis functions of all nodes.
@@ -189,7 +189,7 @@ double PathSegment::turn(NodePanel& panel, double tolerance, bool sensitivities,
   }
   double worst = 0;
   for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
-    panel.kept = has_path_constraints_ ? panel.first : 0;
+    panel.storage_index = has_path_constraints_ ? panel.first : 0;
     const Vector4 begin{q.w, q.x, q.y, q.z};
     for (int k = 0; k < 4; ++k) panel.q[k] = begin[static_cast<std::size_t>(k)];
     lanes_->place(panel);
@@ -271,12 +271,12 @@ const PlacedLinks& PathSegment::links_at(int node) const {
   return links;
 }
 
-void PathSegment::solve_with_path_constraints(int least_panels) {
+void PathSegment::solve_with_path_constraints(int min_panels) {
   has_path_constraints_ = true;
   laid_ = 0;  // storage for all nodes
   const int parts = spline_.knots() + 1;
-  least_panels_ = (std::max(least_panels, 1) + parts - 1) / parts * parts;
-  for (int& panels : panels_) panels = std::max(panels, least_panels_);
+  min_panels_ = (std::max(min_panels, 1) + parts - 1) / parts * parts;
+  for (int& panels : panels_) panels = std::max(panels, min_panels_);
 }
 
 // Node => state of joints and base there.
@@ -291,10 +291,10 @@ PathSegment::SegmentPoint PathSegment::path_point(int index) const {
   at.of = this, at.node = index;
   at.position.resize(n), at.rate.resize(n), at.acceleration.resize(n);
   for (std::size_t j = 0; j < n; ++j) {
-    const double from = start_.position[j], way = position_[j] - from, first = start_.rate[j];
-    at.position[j] = from + way * node.a.position + rate_[j] * node.b.position + first * node.c.position;
+    const double from = start_.position[j], travel = position_[j] - from, first = start_.rate[j];
+    at.position[j] = from + travel * node.a.position + rate_[j] * node.b.position + first * node.c.position;
     at.rate[j] = number(index, layout_.rate + static_cast<int>(j));
-    at.acceleration[j] = way * node.a.acceleration + rate_[j] * node.b.acceleration + first * node.c.acceleration;
+    at.acceleration[j] = travel * node.a.acceleration + rate_[j] * node.b.acceleration + first * node.c.acceleration;
   }
   for (std::size_t k = 0; k < coefficients_.size(); ++k) {
     at.position[k % n] += coefficients_[k] * at.N[k / n].position;
@@ -366,8 +366,8 @@ Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
 
 // Final values, rates and coefficients => final base pose (1) and its sensitivities (3); refines the panels until the
 // nodes resolve the rotation.
-SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
-                            SegmentAccuracy accuracy, std::span<const double> coefficients) {
+SegmentEnd PathSegment::integrate(std::span<const double> position, std::span<const double> rate, bool sensitivities,
+                                  SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();
   SegmentEnd end;
   path_points_ = 0;
@@ -381,10 +381,10 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     end.per_position = end.per_rate = Matrix6Xd::Zero(6, n);
     end.per_coefficient = Matrix6Xd::Zero(6, spline_.knots() * n);
     if (has_path_constraints_) {
-      lay_panels(least_panels_);
+      lay_panels(min_panels_);
       NodePanel panel = panel_of(position, rate, coefficients);
       for (panel.first = 0; panel.first < nodes(); panel.first += kStages) {
-        panel.kept = panel.first;
+        panel.storage_index = panel.first;
         lanes_->place(panel);
       }
       base_.count(nodes()), evaluations_ += nodes();
@@ -404,16 +404,16 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     const double unresolved = turn(panel, tolerance, sensitivities, q);
     if (unresolved <= tolerance) {
       // Whether panels of twice the length, with a resolution lower by 2^stages, would have been sufficient.
-      for (double longer = unresolved; !has_path_constraints_ && panels > least_panels_; panels /= 2) {
+      for (double longer = unresolved; !has_path_constraints_ && panels > min_panels_; panels /= 2) {
         longer = std::ldexp(longer, kStages + 1);
         if (longer > tolerance) break;
       }
       break;
     }
-    if (std::isnan(unresolved) || 2 * nodes_.size() > kMostNodes[static_cast<int>(accuracy)]) {
+    if (std::isnan(unresolved) || 2 * nodes_.size() > kMaxNodes[static_cast<int>(accuracy)]) {
       end.failure = fmt::format("the base's rotation is not resolved by {} nodes on a segment of {:.6g} s",
                                 nodes_.size(), start_.end - start_.begin);
-      panels = least_panels_;
+      panels = min_panels_;
       return end;
     }
   }

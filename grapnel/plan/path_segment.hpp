@@ -86,12 +86,12 @@ class PathSegment {
 
   /// Integrates to these final values and rates (one per joint) and leaves `base` placed there, unless the integration
   /// fails. `coefficients`: c_kj of (1) of joint_spline.hpp, all joints of N_0 first; empty: zero.
-  SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
-                 SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
+  SegmentEnd integrate(std::span<const double> position, std::span<const double> rate, bool sensitivities,
+                       SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
 
   /// Each following integration stores the motion at its nodes, including sensitivities if computed. Sets the minimum
   /// number of panels.
-  void solve_with_path_constraints(int least_panels);
+  void solve_with_path_constraints(int min_panels);
   /// State of the servicer at a node of the last integration.
   struct SegmentPoint {
     double time = 0, weight = 0;                       // [s]; weights add up to the segment's duration
@@ -123,7 +123,8 @@ class PathSegment {
   /// The path of joint j for these final values.
   JointPath path(int j, double position, double rate) const;
   /// The same with the spline.
-  std::vector<JointPiece> pieces(int j, double position, double rate, std::span<const double> coefficients) const;
+  std::vector<JointSegment> joint_segments(int j, double position, double rate,
+                                           std::span<const double> coefficients) const;
   /// Number of nodes evaluated so far; each places the links once.
   long rhs_evaluations() const { return evaluations_; }
 
@@ -168,7 +169,7 @@ class PathSegment {
   NodeLayout layout_;
   std::unique_ptr<SegmentNodes> lanes_;
   bool has_path_constraints_ = false;
-  int least_panels_;  // a multiple of the spline's pieces, as are all numbers of panels
+  int min_panels_;  // a multiple of the spline's spans, as are all numbers of panels
   std::vector<double> position_, rate_, coefficients_;  // of the last integration
   std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
   int panels_[2];                                       // initial number, per SegmentAccuracy

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kDamping = 1e-3;     // smaller singular values are damped [m/rad]
 constexpr double kLongestStep = 0.6;  // maximum change of a joint per iteration [rad or m]
-// Errors below which the base motion is integrated with full accuracy [m or rad]: for the next shot, and immediately.
+// Errors below which the base motion is integrated with full accuracy [m or rad]: for the next iterate, and
+// immediately.
 constexpr double kNear = 1e-3, kNearSearch = 1e-5;
 
 std::vector<double> moved(const std::vector<double>& x, const Eigen::VectorXd& d, double fraction,
@@ -77,13 +78,13 @@ class Search {
   // Half of the initial guesses are reserved for other final base poses.
   int half() const { return (problem_.starts + 1) / 2; }
 
-  // Tries the arms' solutions with the base fixed at X_WB, until there are `most` initial guesses.
-  void attempt_from_arms(const Posed& X_WB, int most) {
+  // Tries the arms' solutions with the base fixed at X_WB, until there are `max_starts` initial guesses.
+  void attempt_from_arms(const Posed& X_WB, int max_starts) {
     ArmStarts guesses(base_, problem_, X_WB);
     // An arm that misses its goal with a fixed base rarely reaches it with a moving base.
     constexpr int kHopeless = 3;
-    if (!guesses.complete()) most = std::min(most, std::max(kHopeless, result_.starts + 1));
-    while (result_.starts < most && !enough()) attempt(guesses.next());
+    if (!guesses.complete()) max_starts = std::min(max_starts, std::max(kHopeless, result_.starts + 1));
+    while (result_.starts < max_starts && !enough()) attempt(guesses.next());
   }
 
   // The final base pose may differ strongly from the initial one: tries initial guesses at the base pose that results
@@ -109,49 +110,50 @@ class Search {
 
   // Newton's method with minimum-norm steps, shortened until the error decreases. The base motion has search accuracy
   // while the error is large, and full accuracy at the end. Empty if it does not converge to a solution.
-  std::optional<ShootingIterate> newton(ShootingIterate shot) {
-    constexpr int kMost = 60, kPatience = 8;
+  std::optional<ShootingIterate> newton(ShootingIterate iterate) {
+    constexpr int kMaxIterations = 60, kPatience = 8;
     double before = std::numeric_limits<double>::infinity();
-    for (int i = 0; shot.valid && i < kMost; ++i) {
+    for (int i = 0; iterate.valid && i < kMaxIterations; ++i) {
       if (i % kPatience == kPatience - 1) {
-        if (shot.size() > 0.5 * before) return std::nullopt;  // slow progress
-        before = shot.size();
+        if (iterate.size() > 0.5 * before) return std::nullopt;  // slow progress
+        before = iterate.size();
       }
-      if (shot.accuracy == SegmentAccuracy::search && shot.largest_error() <= kNearSearch) {
-        shot = shooting_.shoot(shot.position, shot.rate, SegmentAccuracy::full);
-        if (!shot.valid) return std::nullopt;
+      if (iterate.accuracy == SegmentAccuracy::search && iterate.largest_error() <= kNearSearch) {
+        iterate = shooting_.shoot(iterate.position, iterate.rate, SegmentAccuracy::full);
+        if (!iterate.valid) return std::nullopt;
       }
-      if (!closest_.valid || shot.size() < closest_.size()) closest_ = shot;
-      if (shot.largest_error() <= 1e-2 * kArrived) return shot;
+      if (!closest_.valid || iterate.size() < closest_.size()) closest_ = iterate;
+      if (iterate.largest_error() <= 1e-2 * kArrived) return iterate;
       const NewtonStep step =
-          least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, kDamping);
+          minimum_norm_step(iterate.J, iterate.error, iterate.position, problem_.lower, problem_.upper, kDamping);
       ++result_.iterations;
       const double longest = step.d.lpNorm<Eigen::Infinity>();
       double fraction = longest > kLongestStep ? kLongestStep / longest : 1.0;
       ShootingIterate next;
       // The error after the next step is of the order of the square of the present error.
-      const SegmentAccuracy accuracy = shot.largest_error() < kNear ? SegmentAccuracy::full : SegmentAccuracy::search;
+      const SegmentAccuracy accuracy =
+          iterate.largest_error() < kNear ? SegmentAccuracy::full : SegmentAccuracy::search;
       for (int halvings = 0; halvings < 9; ++halvings, fraction *= 0.5) {
-        const std::vector<double> position = moved(shot.position, step.d, fraction, problem_);
-        next = shooting_.shoot(position, shot.rate_at(position), accuracy);
-        if (next.valid && next.size() < (1 - 1e-3 * fraction) * shot.size()) break;
+        const std::vector<double> position = moved(iterate.position, step.d, fraction, problem_);
+        next = shooting_.shoot(position, iterate.rate_at(position), accuracy);
+        if (next.valid && next.size() < (1 - 1e-3 * fraction) * iterate.size()) break;
         next.valid = false;
       }
       if (!next.valid) {
-        return shot.largest_error() <= kArrived ? std::optional<ShootingIterate>(shot) : std::nullopt;
+        return iterate.largest_error() <= kArrived ? std::optional<ShootingIterate>(iterate) : std::nullopt;
       }
-      shot = std::move(next);
+      iterate = std::move(next);
     }
     return std::nullopt;
   }
 
-  double objective(const ShootingIterate& shot) {
-    return guided_.objective.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
+  double objective(const ShootingIterate& iterate) {
+    return guided_.objective.value(base_, problem_.goals, iterate.position, iterate.rate, nullptr);
   }
 
-  bool within_rate_limits(const ShootingIterate& shot) const {
+  bool within_rate_limits(const ShootingIterate& iterate) const {
     for (std::size_t j = 0; j < problem_.rate_limit.size(); ++j) {
-      if (std::abs(shot.rate[j]) > problem_.rate_limit[j]) return false;
+      if (std::abs(iterate.rate[j]) > problem_.rate_limit[j]) return false;
     }
     return true;
   }
@@ -162,9 +164,9 @@ class Search {
   }
 
   // Whether the errors of an attempt are within the bounds that each goal accepts.
-  bool is_acceptable(const ShootingIterate& shot) const {
-    if (!shot.valid) return false;
-    const std::vector<GoalMiss> miss = misses(problem_.goals, shot.error);
+  bool is_acceptable(const ShootingIterate& iterate) const {
+    if (!iterate.valid) return false;
+    const std::vector<GoalMiss> miss = misses(problem_.goals, iterate.error);
     for (std::size_t i = 0; i < miss.size(); ++i) {
       const Goal& g = problem_.goals[i];
       if (miss[i].distance > std::max(kArrived, g.accepted_distance)) return false;
@@ -186,8 +188,8 @@ class Search {
       take(closest_);
       const Failure why = explain_failure(base_, problem_, closest_, result_.starts);
       result_.failure = why.text;
-      if (!shooting_.trouble().empty())
-        result_.failure += fmt::format("; integrations of the base's motion ended early: {}", shooting_.trouble());
+      if (!shooting_.failure().empty())
+        result_.failure += fmt::format("; integrations of the base's motion ended early: {}", shooting_.failure());
       result_.miss = why.miss;
       return;
     }
@@ -209,7 +211,7 @@ class Search {
           "the end-effectors reach their goals only to within half their envelopes; path constraints and objectives of "
           "the path are not supported for such a goal: remove the path constraints from approach.plan";
     } else if (depends_on_path(problem_)) {
-      keep(std::move(best), origin);
+      enforce_constraints(std::move(best), origin);
     } else {
       take(best);
     }
@@ -236,32 +238,32 @@ class Search {
 
   // Enforces the path constraints, starting from the best solution, then from others, and with a spline that was not
   // requested if nothing else succeeds. Selects the feasible trajectory with the minimum objective.
-  void keep(ShootingIterate best, std::size_t origin) {
+  void enforce_constraints(ShootingIterate best, std::size_t origin) {
     constexpr std::size_t kFrom = 4;  // number of solutions to start from
     constexpr int kRandom = 3;        // further starts with random splines
     std::vector<ShootingIterate> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
       if (i != origin) from.push_back(solutions_[i]);
     }
-    std::optional<ConstrainedSolution> kept, nearest;
-    const bool keeps = problem_.way.has_constraints();
-    const int most = problem_.way.knots.value_or(keeps ? PathConstraints::kKnots : 0);
+    std::optional<ConstrainedSolution> chosen, nearest;
+    const bool is_constrained = problem_.constraints.has_constraints();
+    const int max_knots = problem_.constraints.knots.value_or(is_constrained ? PathConstraints::kKnots : 0);
     std::optional<ConstrainedSolution> possible;  // a feasible motion, for any objective
-    if (keeps) {
-      ConstrainedSolution found = find_possible(from, most, kRandom);
+    if (is_constrained) {
+      ConstrainedSolution found = find_possible(from, max_knots, kRandom);
       if (found.violation <= kTolerated)
         possible = std::move(found);
       else if (!found.obstructed)
-        return refuse(best, found, most);
+        return refuse(best, found, max_knots);
       else
         nearest = std::move(found);
     }
-    const bool is_possible = !keeps || possible.has_value();
+    const bool is_possible = !is_constrained || possible.has_value();
     const auto attempt = [&](const ShootingIterate& solution, int knots, int number) {
       ConstrainedSolution end;
       // The search for the optimal trajectory is expensive: with fewer knots than allowed only if a feasible trajectory
       // is close.
-      const bool is_known = !keeps || (possible && knots == most);
+      const bool is_known = !is_constrained || (possible && knots == max_knots);
       bool is_worth_it = is_known || is_worth_another_try(knots);
       if (!is_known && possible) {
         end = search_path(solution, knots, number);
@@ -269,64 +271,64 @@ class Search {
       }
       if (is_worth_it) {
         constexpr int kFurtherSteps = 40;  // if a feasible trajectory is known
-        // A feasible result is kept if the evaluation limit is reached.
+        // A feasible result is returned if the evaluation limit is reached.
         try {
           end = solve_with_path_constraints(base_, problem_, solution, knots, number,
-                                            kept && number >= 0 ? kFurtherSteps : kMostSteps);
+                                            chosen && number >= 0 ? kFurtherSteps : kMaxSearchSteps);
         } catch (const WorkLimit&) {
-          if (!kept) throw;
+          if (!chosen) throw;
           return;
         }
         result_.rhs_evaluations += end.rhs_evaluations;
       }
-      if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
-      if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
+      if (end.feasible && (!chosen || end.objective < chosen->objective)) chosen = end;
+      if (!end.feasible && end.iterate && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
     // A requested spline may also start from the solution without a spline.
-    if (problem_.way.knots.value_or(0) > 0) {
+    if (problem_.constraints.knots.value_or(0) > 0) {
       attempt(best, 0, 0);
-      const std::optional<ConstrainedSolution>& simple = kept ? kept : nearest;
-      if (simple) from.push_back(*simple->shot);
+      const std::optional<ConstrainedSolution>& simple = chosen ? chosen : nearest;
+      if (simple) from.push_back(*simple->iterate);
     }
-    std::vector<int> counts = {problem_.way.knots.value_or(0)};
-    if (most > counts.front()) counts.push_back(most);
+    std::vector<int> counts = {problem_.constraints.knots.value_or(0)};
+    if (max_knots > counts.front()) counts.push_back(max_knots);
     for (const int knots : counts) {
       for (std::size_t i = 0; i < (is_possible ? from.size() : std::min(kFew, from.size())); ++i)
         attempt(from[i], knots, 0);
-      if (possible && knots == most) attempt(*possible->shot, knots, 0);
-      for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
-      if (kept && !costs_much(*kept, best)) break;
+      if (possible && knots == max_knots) attempt(*possible->iterate, knots, 0);
+      for (int i = 1; i <= kRandom && knots > 0 && !chosen; ++i) attempt(best, knots, i);
+      if (chosen && !costs_much(*chosen, best)) break;
     }
     // A search that needed many steps to become feasible may have ended early.
-    if (kept && (kept->may_improve || costs_much(*kept, best)))
-      attempt(ShootingIterate(*kept->shot), kept->knots, kOnwards);
-    if (!kept && (!keeps || possible)) keep_first(best, most, attempt);
-    if (!kept && possible) attempt(*possible->shot, most, kAsItIs);
-    if (!kept) return refuse(best, nearest, most);
+    if (chosen && (chosen->may_improve || costs_much(*chosen, best)))
+      attempt(ShootingIterate(*chosen->iterate), chosen->knots, kOnwards);
+    if (!chosen && (!is_constrained || possible)) attempt_without_objective(best, max_knots, attempt);
+    if (!chosen && possible) attempt(*possible->iterate, max_knots, kAsItIs);
+    if (!chosen) return refuse(best, nearest, max_knots);
     // The minimum distance between nodes is below that at the nodes.
-    if (wants_clearance(problem_)) attempt(ShootingIterate(*kept->shot), kept->knots, kAtAllNodes);
-    take(*kept->shot);
-    result_.knots = kept->knots, result_.coefficients = kept->coefficients;
-    result_.way = kept->figures;
-    result_.objective = kept->objective, result_.terms = kept->terms;
+    if (wants_clearance(problem_)) attempt(ShootingIterate(*chosen->iterate), chosen->knots, kAtAllNodes);
+    take(*chosen->iterate);
+    result_.knots = chosen->knots, result_.coefficients = chosen->coefficients;
+    result_.figures = chosen->figures;
+    result_.objective = chosen->objective, result_.terms = chosen->terms;
   }
 
   // Whether to try another search, for about half a second. Restoration steps may fail to avoid an obstacle where steps
   // with an objective succeed. Not if any solution from a single start is requested, as for most times of a window.
   bool is_worth_another_try(int knots) const {
-    constexpr int kMostUnknowns = 105;
-    constexpr double kMostWork = 4e6;  // maximum work, evaluations times joints
-    const bool is_quick_look = problem_.objective.is_empty() && problem_.starts == 1;
-    return !is_quick_look && base_.joints() * (1 + knots) <= kMostUnknowns &&
-           static_cast<double>(result_.rhs_evaluations) * base_.joints() <= kMostWork;
+    constexpr int kMaxUnknowns = 105;
+    constexpr double kMaxWork = 4e6;  // maximum work, evaluations times joints
+    const bool is_quick_search = problem_.objective.is_empty() && problem_.starts == 1;
+    return !is_quick_search && base_.joints() * (1 + knots) <= kMaxUnknowns &&
+           static_cast<double>(result_.rhs_evaluations) * base_.joints() <= kMaxWork;
   }
 
   // Whether the path constraints increase the objective so much that additional knots are worth trying.
-  bool costs_much(const ConstrainedSolution& kept, const ShootingIterate& best) {
+  bool costs_much(const ConstrainedSolution& constrained, const ShootingIterate& best) {
     constexpr double kMuch = 0.25;
     if (!problem_.objective.depends_on_end_alone()) return false;
-    const double least = problem_.objective.value(base_, problem_.goals, best.position, best.rate, nullptr);
-    return kept.objective - least > kMuch * std::abs(least);
+    const double unconstrained = problem_.objective.value(base_, problem_.goals, best.position, best.rate, nullptr);
+    return constrained.objective - unconstrained > kMuch * std::abs(unconstrained);
   }
 
   ConstrainedSolution search_path(const ShootingIterate& solution, int knots, int number) {
@@ -353,52 +355,53 @@ class Search {
 
   // Records the failure of the path constraints with the closest attempt.
   void refuse(const ShootingIterate& best, const std::optional<ConstrainedSolution>& nearest, int knots) {
-    const bool known = nearest && nearest->shot;
+    const bool known = nearest && nearest->iterate;
     result_.found = false;
-    take(known ? *nearest->shot : best);
+    take(known ? *nearest->iterate : best);
     result_.failure = fmt::format(
         "the end-effectors arrive, but no trajectory with up to {} knots was found that satisfies the path constraints "
         "of approach.plan: in the closest attempt {}; more knots, a longer segment, waypoints or another guess may "
         "help",
-        knots, known ? nearest->trouble : "the motion is not resolved");
+        knots, known ? nearest->failure : "the motion is not resolved");
     // take() does not evaluate splines.
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-    if (!known || nearest->shot->coefficients.empty()) return;
+    if (!known || nearest->iterate->coefficients.empty()) return;
     result_.objective = kUnknown;
     std::fill(result_.terms.begin(), result_.terms.end(), kUnknown);
   }
 
   // If the objective prevents feasibility: finds a feasible trajectory without the objective, then continues with it.
   template <class Attempt>
-  void keep_first(const ShootingIterate& best, int knots, Attempt&& attempt) {
+  void attempt_without_objective(const ShootingIterate& best, int knots, Attempt&& attempt) {
     if (problem_.objective.is_empty()) return;
     ReachProblem simpler = problem_;
     simpler.objective = problem_.objective.depends_on_end_alone() ? Objective() : guided_.objective;
     const ConstrainedSolution first = solve_with_path_constraints(base_, simpler, best, knots, 0);
     result_.rhs_evaluations += first.rhs_evaluations;
-    if (!first.kept) return;
-    attempt(*first.shot, knots, kAsItIs);
-    attempt(*first.shot, knots, 0);
+    if (!first.feasible) return;
+    attempt(*first.iterate, knots, kAsItIs);
+    attempt(*first.iterate, knots, 0);
   }
 
-  // Copies a shot to the result, with its errors, objective and singular value.
-  void take(const ShootingIterate& shot) {
-    result_.position = shot.position.empty() ? problem_.guess : shot.position;
-    result_.rate = shot.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : shot.rate;
-    result_.X_WB = shot.X_WB;
-    result_.unmet_rate = shot.unmet;
-    result_.miss = misses(problem_.goals, shot.error);
-    if (!shot.valid) return;
-    result_.within_rate_limits = within_rate_limits(shot);
+  // Copies an iterate to the result, with its errors, objective and singular value.
+  void take(const ShootingIterate& iterate) {
+    result_.position = iterate.position.empty() ? problem_.guess : iterate.position;
+    result_.rate = iterate.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : iterate.rate;
+    result_.X_WB = iterate.X_WB;
+    result_.unmet_rate = iterate.unmet;
+    result_.miss = misses(problem_.goals, iterate.error);
+    if (!iterate.valid) return;
+    result_.within_rate_limits = within_rate_limits(iterate);
     // Terms that depend on the path are unknown here.
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-    result_.objective = problem_.objective.depends_on_end_alone() ? objective(shot) : kUnknown;
+    result_.objective = problem_.objective.depends_on_end_alone() ? objective(iterate) : kUnknown;
     for (const Objective::Term& t : problem_.objective.terms()) {
-      result_.terms.push_back(Objective::depends_on_end_alone(t.kind)
-                                  ? problem_.objective.term(t, base_, problem_.goals, shot.position, shot.rate, nullptr)
-                                  : kUnknown);
+      result_.terms.push_back(
+          Objective::depends_on_end_alone(t.kind)
+              ? problem_.objective.term(t, base_, problem_.goals, iterate.position, iterate.rate, nullptr)
+              : kUnknown);
     }
-    result_.smallest_singular_value = smallest_singular_value(shot.J);
+    result_.smallest_singular_value = smallest_singular_value(iterate.J);
   }
 
   FloatingBase& base_;

@@ -37,7 +37,7 @@ struct ReachProblem {
   std::vector<double> lower, upper;  // bounds of the final joint values; infinite: no bound
   std::vector<double> rate_limit;    // bounds of |final rate|; infinite: no bound; empty: no bounds
   Objective objective;
-  PathConstraints way;
+  PathConstraints constraints;
   std::vector<double> guess;  // first initial guess of the search
   int starts = 16;            // maximum number of initial guesses, including `guess`
   std::uint64_t seed = 0;
@@ -53,14 +53,14 @@ struct ReachSolution {
   bool found = false;
   bool approximate = false;            // found only within the goals' accepted errors
   std::vector<double> position, rate;  // final, per joint; of the closest attempt if not found
-  int knots = 0;                       // inner knots and coefficients of the joint splines, as in PathSegment::fly
+  int knots = 0;                       // inner knots and coefficients of the joint splines: PathSegment::integrate
   std::vector<double> coefficients;
-  std::optional<PathFigures> way;  // set if the problem has path constraints or an objective of the path
-  Posed X_WB = Posed::identity();  // final base pose
-  std::vector<GoalMiss> miss;      // per goal
-  bool within_rate_limits = true;  // whether the final rates are within their limits
-  double unmet_rate = 0;           // largest component of the demanded motion that no joint rates produce
-  double objective = 0;            // NaN if it depends on a path that was not evaluated
+  std::optional<PathFigures> figures;  // set if the problem has path constraints or an objective of the path
+  Posed X_WB = Posed::identity();      // final base pose
+  std::vector<GoalMiss> miss;          // per goal
+  bool within_rate_limits = true;      // whether the final rates are within their limits
+  double unmet_rate = 0;               // largest component of the demanded motion that no joint rates produce
+  double objective = 0;                // NaN if it depends on a path that was not evaluated
   std::vector<double> terms;  // of the objective, in the order of Objective::terms(), without weights; NaN as above
   int starts = 0;             // initial guesses tried
   int solutions = 0;          // number of initial guesses that led to a solution

@@ -83,9 +83,9 @@ Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, co
     optimizer.set_min_objective(half_square, &still);
     optimizer.set_xtol_rel(1e-9);
     optimizer.set_maxeval(300);
-    double least = 0;
+    double minimum = 0;
     try {
-      optimizer.optimize(x, least);
+      optimizer.optimize(x, minimum);
     } catch (const std::exception&) {
       // Roundoff at a singularity: x is as near as it came.
     }
@@ -109,7 +109,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
                             : approach_goals(base, s.X_WB, s.arms[a], problem, s.theta);
     }
     if (i + 1 == kRounds) break;
-    if (const SegmentEnd end = segment.fly(s.theta, at_rest, false); end.finished) s.X_WB = end.X_WB;
+    if (const SegmentEnd end = segment.integrate(s.theta, at_rest, false); end.finished) s.X_WB = end.X_WB;
   }
   return s;
 }
@@ -188,9 +188,9 @@ ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std
   optimizer.set_xtol_rel(1e-10);
   optimizer.set_stopval(0.5 * (0.1 * kFits) * (0.1 * kFits));
   optimizer.set_maxeval(400);
-  double least = 0;
+  double minimum = 0;
   try {
-    optimizer.optimize(x, least);
+    optimizer.optimize(x, minimum);
   } catch (const std::exception&) {
     // Roundoff at a singularity: x is as near as it came.
   }
@@ -269,8 +269,8 @@ std::string why_not_together(FloatingBase& base, const ReachProblem& problem, co
   const ClosestTogether closest = closest_together(base, problem, goals, by_distance.theta);
   if (closest.error.norm() <= kFits) return {};
   return fmt::format(
-      "{} with the demanded orientations for any base pose; without these they can, with them the closest attempt "
-      "leaves {}",
+      "{} with the demanded orientations for any base pose; the positions alone are reachable, the closest attempt "
+      "with the orientations leaves {}",
       who_and_where(goals), remaining(goals, closest.error));
 }
 
@@ -316,14 +316,14 @@ std::vector<Incompatible> incompatible_goals(FloatingBase& base, const ReachProb
   std::vector<Incompatible> found;
   for (const auto& [target, members] : by_target) {
     const std::size_t before = found.size();
-    const auto look_at = [&](const std::vector<std::size_t>& set) {
+    const auto check = [&](const std::vector<std::size_t>& set) {
       std::string text = why_not_together(base, problem, pick(problem.goals, set), theta);
       if (!text.empty()) found.push_back({set, std::move(text)});
     };
     for (std::size_t i = 0; i < members.size(); ++i) {
-      for (std::size_t k = i + 1; k < members.size(); ++k) look_at({members[i], members[k]});
+      for (std::size_t k = i + 1; k < members.size(); ++k) check({members[i], members[k]});
     }
-    if (members.size() > 2 && found.size() == before) look_at(members);
+    if (members.size() > 2 && found.size() == before) check(members);
   }
   return found;
 }
@@ -391,8 +391,8 @@ std::string place_of(std::span<const Goal> goals, const Goal& goal, const char* 
 }
 
 // Shared joints of an arm, if goal `i` of arm `a` is reachable without the arm's other goals.
-std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
-                          std::size_t i) {
+std::string joint_conflict(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
+                           std::size_t i) {
   const Arm& arm = settled.arms[a];
   if (arm.goals.size() < 2) return {};
   Arm alone = arm;
@@ -420,7 +420,7 @@ std::string cause(FloatingBase& base, const ReachProblem& problem, const Settled
   const Arm& arm = settled.arms[a];
   if (arm.joints.empty()) return "no joint moves it relative to the base";
   if (std::string text = beyond_reach(base, settled.X_WB, arm.goals[i]); !text.empty()) return text;
-  if (std::string text = in_others_way(base, problem, settled, a, i); !text.empty()) return text;
+  if (std::string text = joint_conflict(base, problem, settled, a, i); !text.empty()) return text;
   const Eigen::VectorXd gradient = settled.nearest[a].J.transpose() * settled.nearest[a].error;
   if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty())
     return text + "; wider limits, another grasp point or other initial joints may help";
@@ -451,10 +451,10 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   Failure failure;
   failure.miss.resize(problem.goals.size());
   std::vector<bool> explained(problem.goals.size(), false);
-  const auto say = [&](const std::string& text) { failure.text += (failure.text.empty() ? "" : "; ") + text; };
+  const auto append = [&](const std::string& text) { failure.text += (failure.text.empty() ? "" : "; ") + text; };
   std::vector<std::vector<std::size_t>> faulty;
   for (const Incompatible& set : incompatible_goals(base, problem, from)) {
-    say(set.text);
+    append(set.text);
     faulty.push_back(set.goals);
     for (std::size_t g : set.goals) explained[g] = true;
   }
@@ -467,9 +467,9 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
       if (explained[g] || (miss[i].distance < kBlamed && miss[i].angle < kBlamed)) continue;
       base.place(settled.theta);
       faulty.push_back({g});
-      say(fmt::format("end-effector '{}' comes no closer than {}{}: {}", arm.goals[i].name,
-                      amount(arm.goals[i], miss[i]), place_of(problem.goals, arm.goals[i]),
-                      cause(base, problem, settled, a, i)));
+      append(fmt::format("end-effector '{}' comes no closer than {}{}: {}", arm.goals[i].name,
+                         amount(arm.goals[i], miss[i]), place_of(problem.goals, arm.goals[i]),
+                         cause(base, problem, settled, a, i)));
     }
   }
   if (!failure.text.empty()) {

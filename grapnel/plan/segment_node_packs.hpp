@@ -52,12 +52,14 @@ class PackedNodes : public SegmentNodes {
  private:
   static constexpr int kLanes = S::kWidth, kChunks = kPanelNodes / kLanes;
   static_assert(kChunks * kLanes == kPanelNodes && kSumParts % kLanes == 0 && kPanelNodes % kSumParts == 0);
-  static constexpr int kMost = 40;  // iterations
+  static constexpr int kMaxIterations = 40;  // iterations
 
   ServicerTree<S> tree() const {
     return {links_.data(), tables_.link_count, tables_.joint_link, tables_.link_joint, tables_.joints};
   }
-  S* chunk(const NodePanel& panel, int c) { return numbers_ + (panel.kept / kLanes + c) * tables_.layout.size; }
+  S* chunk(const NodePanel& panel, int c) {
+    return numbers_ + (panel.storage_index / kLanes + c) * tables_.layout.size;
+  }
   static GRAPNEL_INLINE Vector3<S>& vector(S* at, int offset) { return *reinterpret_cast<Vector3<S>*>(at + offset); }
   static GRAPNEL_INLINE Rotation<S>& rotation(S* at, int offset) {
     return *reinterpret_cast<Rotation<S>*>(at + offset);
@@ -98,9 +100,9 @@ class PackedNodes : public SegmentNodes {
     S* const rate = at + tables_.layout.rate;
     for (int j = 0; j < n; ++j) {
       const double from = panel.start[j];
-      const S way(panel.final[j] - from), last(panel.final_rate[j]), first(panel.start_rate[j]);
-      S theta = S(from) + way * row(0) + last * row(2) + first * row(4);
-      S r = way * row(1) + last * row(3) + first * row(5);
+      const S travel(panel.final[j] - from), last(panel.final_rate[j]), first(panel.start_rate[j]);
+      S theta = S(from) + travel * row(0) + last * row(2) + first * row(4);
+      S r = travel * row(1) + last * row(3) + first * row(5);
       for (int i = j, k = 3; i < panel.coefficient_count; i += n, ++k) {
         const S c(panel.coefficients[i]);
         theta += c * row(2 * k), r += c * row(2 * k + 1);
@@ -122,10 +124,10 @@ class PackedNodes : public SegmentNodes {
     }
   }
   static GRAPNEL_INLINE double largest(const S& x) {
-    double lanes[kLanes], most = 0;
+    double lanes[kLanes], result = 0;
     x.store(lanes);
-    for (int l = 0; l < kLanes; ++l) most = lanes[l] > most ? lanes[l] : most;
-    return most;
+    for (int l = 0; l < kLanes; ++l) result = lanes[l] > result ? lanes[l] : result;
+    return result;
   }
 
   void propagate_phi(NodePanel& panel);
@@ -168,9 +170,9 @@ bool PackedNodes<S>::turn(NodePanel& panel) {
     }
     // Converged: changes are rounding errors.
     if (change <= kSettled || (change <= 1e-14 && change >= before)) break;
-    if (iteration == kMost) return false;
+    if (iteration == kMaxIterations) return false;
     before = change;
-    S most(0.0);
+    S worst(0.0);
     bool finite = true;
     for (int c = 0; c < kChunks; ++c) {
       S next[4];
@@ -178,12 +180,12 @@ bool PackedNodes<S>::turn(NodePanel& panel) {
       for (int k = 0; k < 4; ++k) {
         const S moved = abs(next[k] - q[c][k]);
         finite = finite && all(moved <= S(1e300));
-        most = max(most, moved);
+        worst = max(worst, moved);
         q[c][k] = next[k];
       }
     }
     if (!finite) return false;
-    change = largest(most);
+    change = largest(worst);
   }
   for (int c = 0; c < kChunks; ++c) {
     S* const at = chunk(panel, c);
@@ -206,7 +208,7 @@ void PackedNodes<S>::propagate_phi(NodePanel& panel) {
   }
   double size = 0;
   for (const double x : panel.Phi) size = __builtin_fabs(x) > size ? __builtin_fabs(x) : size;
-  for (int iteration = 0; iteration < kMost; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     for (int c = 0; c < kChunks; ++c) {
       S* const at = chunk(panel, c);
       for (int column = 0; column < 3; ++column) {
@@ -214,17 +216,17 @@ void PackedNodes<S>::propagate_phi(NodePanel& panel) {
         for (int k = 0; k < 3; ++k) r[k].store(panel.Phi_rate[3 * column + k] + c * kLanes);
       }
     }
-    S most(0.0);
+    S worst(0.0);
     for (int c = 0; c < kChunks; ++c) {
       S* const at = chunk(panel, c);
       S next[9];
       integrate(panel.Phi_rate, panel.Phi, c, panel.h, next);
       for (int k = 0; k < 9; ++k) {
-        most = max(most, abs(next[k] - at[l.Phi + k]));
+        worst = max(worst, abs(next[k] - at[l.Phi + k]));
         at[l.Phi + k] = next[k];
       }
     }
-    if (largest(most) <= 1e-15 * size) break;
+    if (largest(worst) <= 1e-15 * size) break;
   }
 }
 

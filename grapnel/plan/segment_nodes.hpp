@@ -44,7 +44,7 @@ struct NodePanel {
   Vector3d L;          // angular momentum about the centre of mass, in W
   double h;            // length of the panel [s]
   int first, nodes;    // its first node; number of nodes of all panels
-  int kept;            // storage index of its first node in SegmentNodes::numbers
+  int storage_index;   // storage index of its first node in SegmentNodes::numbers
   // Joint motion: theta = start + a (final - start) + b final_rate + c start_rate + sum_k coefficient_k N_k.
   const double *start, *start_rate, *final, *final_rate;
   const double* coefficients;

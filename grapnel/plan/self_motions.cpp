@@ -62,7 +62,7 @@ void SelfMotions::place_targets() {
   times_.clear();
   for (std::size_t i = 0; i <= 2 * steps_; ++i)
     times_.push_back(i == 2 * steps_ ? problem_.end : problem_.begin + 0.5 * step() * static_cast<double>(i));
-  targets_ = targets_on_the_way(problem_, times_);
+  targets_ = target_states(problem_, times_);
 }
 
 bool SelfMotions::refine() {

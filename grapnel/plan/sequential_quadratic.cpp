@@ -60,11 +60,11 @@ class QuadraticProgram {
       const Eigen::VectorXd e = (qr_.colsPermutation().transpose() * error).head(rank_);
       x0 = -(Q_ * R_.triangularView<Eigen::Upper>().transpose().solve(e));
     }
-    constexpr double kGivingLittle = 1e-12;
+    constexpr double kSmallRelaxation = 1e-12;
     const Eigen::VectorXd w0 = c_ - Q_ * (Q_.transpose() * c_);
     NearestBelow below(free_, -violated - A_ * x0, w0);
     below.begin_with(std::move(active));
-    const LeastDistance nearest = below.with(kGivingLittle);
+    const LeastDistance nearest = below.with(kSmallRelaxation);
     const Eigen::VectorXd x = x0 + nearest.x;
     step.d = upper_solution(L_, x);
     step.of_rows = nearest.multipliers;
@@ -94,10 +94,10 @@ class QuadraticProgram {
 class Patience {
  public:
   void note(double violated, double foreseen) {
-    constexpr double kLess = 0.9, kMost = 0.3;
-    if (violated < kLess * least_)
-      least_ = violated, steps_ = 0;
-    else if (foreseen > kMost * violated)
+    constexpr double kLess = 0.9, kLarge = 0.3;
+    if (violated < kLess * smallest_)
+      smallest_ = violated, steps_ = 0;
+    else if (foreseen > kLarge * violated)
       ++steps_;
   }
   bool is_over() const {
@@ -106,7 +106,7 @@ class Patience {
   }
 
  private:
-  double least_ = std::numeric_limits<double>::infinity();
+  double smallest_ = std::numeric_limits<double>::infinity();
   int steps_ = 0;
 };
 
@@ -125,7 +125,7 @@ class Minimization {
     int steps = 0;
     patience_ = {};
     std::deque<double> values;  // objective values of the last few feasible steps
-    for (; steps < search_.most && !patience_.is_over(); ++steps) {
+    for (; steps < search_.max_steps && !patience_.is_over(); ++steps) {
       if (violation_ > search_.violated)
         values.clear();
       else
@@ -197,22 +197,22 @@ class Minimization {
 
   // Whether the multipliers are meaningful: not for infeasible or nearly dependent rows.
   bool states_anything(const Step& step) const {
-    constexpr double kGivenWay = 1e-6, kMost = 1e6;
-    return step.left <= kGivenWay &&
-           weight_of(step) <= kMost * (std::abs(value_) + at_.slope.lpNorm<Eigen::Infinity>());
+    constexpr double kRelaxed = 1e-6, kMaxWeight = 1e6;
+    return step.left <= kRelaxed &&
+           weight_of(step) <= kMaxWeight * (std::abs(value_) + at_.slope.lpNorm<Eigen::Infinity>());
   }
 
   double merit() const { return value_ + mu_ * violation_; }
 
-  // Moves to y + d if (3) is at most `most` there.
-  bool step_to(const Eigen::VectorXd& d, double most) {
+  // Moves to y + d if (3) is at most `max_merit` there.
+  bool step_to(const Eigen::VectorXd& d, double max_merit) {
     std::vector<double> next = y_;
     for (std::size_t i = 0; i < free_.size(); ++i)
       next[static_cast<std::size_t>(free_[i])] += d[static_cast<Eigen::Index>(i)];
-    can_look_ = program_.go_to(next);
-    if (!can_look_) return false;
+    can_evaluate_ = program_.move_to(next);
+    if (!can_evaluate_) return false;
     const double value = program_.value(), violation = std::max(0.0, program_.violation());
-    if (!(value + mu_ * violation <= most)) return false;
+    if (!(value + mu_ * violation <= max_merit)) return false;
     y_ = std::move(next), value_ = value, violation_ = violation;
     return true;
   }
@@ -220,7 +220,7 @@ class Minimization {
   // A step that decreases (3) sufficiently, within the radius of validity of (2); invalid if there is none.
   Step advance() {
     constexpr double kEnough = 1e-4, kPoor = 0.25, kWell = 0.4, kShorter = 0.35, kLittle = 1e-6, kRounding = 1e-12;
-    constexpr int kMostLooks = 3, kMostDamped = 3;
+    constexpr int kMaxAdditions = 3, kMaxDamped = 3;
     const Eigen::MatrixXd B = with_level();
     QuadraticProgram quadratic(B, damping_, at_);
     is_there_ = false;
@@ -228,7 +228,7 @@ class Minimization {
     constexpr double kTooShort = 1e-4;
     const double shortest = violation_ > kTooShort ? kTooShort : search_.nothing;
     bool is_noted = false;
-    for (int looks = 0, damped = 0; radius_ > shortest;) {
+    for (int additions = 0, damped = 0; radius_ > shortest;) {
       Step step = quadratic.solve(at_.error, at_.violated, active());
       if (!step.valid) break;
       note_active(step);
@@ -244,7 +244,7 @@ class Minimization {
       }
       // The objective's part is damped to the radius; the part of rows and goals is scaled, since damping does not
       // shorten it.
-      if (farthest > kSlightly * radius_ && damped < kMostDamped) {
+      if (farthest > kSlightly * radius_ && damped < kMaxDamped) {
         const double bend = step.d.dot(B * step.d) / step.d.squaredNorm() + damping_;
         const double more = (farthest / radius_ - 1) * bend;
         QuadraticProgram other(B, damping_ + more, at_);
@@ -255,7 +255,7 @@ class Minimization {
           quadratic = std::move(other);
           continue;
         }
-        damped = kMostDamped;
+        damped = kMaxDamped;
       }
       const double share = std::min(1.0, radius_ / farthest);
       const Eigen::VectorXd d = share * step.d;
@@ -266,8 +266,8 @@ class Minimization {
       is_noted = true;
       weigh(step, added, taken_off);
       const double from = merit(), foreseen = mu_ * taken_off - added;
-      const double most = from - kEnough * std::max(0.0, foreseen) + kRounding * (std::abs(value_) + mu_);
-      if (step_to(d, most) || (share == 1 && can_look_ && step_to(corrected(quadratic, step), most))) {
+      const double max_merit = from - kEnough * std::max(0.0, foreseen) + kRounding * (std::abs(value_) + mu_);
+      if (step_to(d, max_merit) || (share == 1 && can_evaluate_ && step_to(corrected(quadratic, step), max_merit))) {
         const double part = foreseen > 0 ? (from - merit()) / foreseen : 0;
         if (part > kWell) {
           radius_ = std::min(search_.farthest, std::max(radius_, 2 * farthest));
@@ -279,11 +279,11 @@ class Minimization {
       }
       damped = 0;
       // Adds newly found constraints to (2); the step may then be as long in another direction.
-      if (program_.has_more() && looks++ < kMostLooks) {
+      if (program_.has_more() && additions++ < kMaxAdditions) {
         if (!come_back()) return {};
         at_ = linearized();
         quadratic = QuadraticProgram(B, damping_, at_);
-        if (looks == 1) continue;
+        if (additions == 1) continue;
       }
       radius_ = kShorter * farthest;
     }
@@ -293,7 +293,7 @@ class Minimization {
 
   // Returns to y, where more constraints may be known by now.
   bool come_back() {
-    is_lost_ = !program_.go_to(y_);
+    is_lost_ = !program_.move_to(y_);
     if (is_lost_) return false;
     value_ = program_.value(), violation_ = std::max(0.0, program_.violation());
     return true;
@@ -320,7 +320,7 @@ class Minimization {
   // Second-order correction: the step for e and the g_i at the trial point, minus their linear parts.
   Eigen::VectorXd corrected(const QuadraticProgram& quadratic, const Step& step) {
     Eigen::VectorXd error, violated;
-    program_.look(at_.rows, error, violated);
+    program_.evaluate(at_.rows, error, violated);
     const Step other =
         quadratic.solve(error - at_.J * step.d, violated - at_.A.leftCols(size()) * step.d.head(size()), active());
     constexpr double kSimilar = 0.5;  // otherwise the correction is rejected
@@ -364,10 +364,10 @@ class Minimization {
   double radius_ = 0, damping_ = 0;
   Patience patience_;
   std::set<long> active_;
-  int learned_ = 1;        // number of updates since the last reset
-  bool can_look_ = false;  // whether the last point could be evaluated
-  bool is_there_ = false;  // converged: (2) gives no further step
-  bool is_lost_ = false;   // y could not be evaluated when the program returned to it
+  int learned_ = 1;            // number of updates since the last reset
+  bool can_evaluate_ = false;  // whether the last point could be evaluated
+  bool is_there_ = false;      // converged: (2) gives no further step
+  bool is_lost_ = false;       // y could not be evaluated when the program returned to it
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ class NonlinearProgram {
  public:
   virtual ~NonlinearProgram() = default;
   /// Moves to y. False if it cannot be evaluated.
-  virtual bool go_to(const std::vector<double>& y) = 0;
+  virtual bool move_to(const std::vector<double>& y) = 0;
   /// f at the present point.
   virtual double value() = 0;
   /// The largest of all g_i and |e_k| at the present point, excluding the rows of z.
@@ -50,7 +50,7 @@ class NonlinearProgram {
   /// Whether constraints that were not part of the last linearized() have been found since.
   virtual bool has_more() = 0;
   /// e and the given g_i at the present point. z has its value at the last linearized().
-  virtual void look(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) = 0;
+  virtual void evaluate(std::span<const long> rows, Eigen::VectorXd& error, Eigen::VectorXd& violated) = 0;
   /// Initial value of B, without z.
   virtual Eigen::MatrixXd curvature() = 0;
 };
@@ -60,7 +60,7 @@ struct QuadraticSearch {
   double nothing = 1e-7;   // the search ends at steps that change no unknown by more
   double settled = 1e-9;   // the search ends at steps that decrease f by at most this share of it
   double violated = 5e-7;  // maximum violation of the result
-  int most = 150;          // maximum number of steps
+  int max_steps = 150;     // maximum number of steps
 };
 
 /// Minimizes (1) locally from y, the present point of the program. On return the program is at the best iterate, and y

@@ -19,7 +19,7 @@ constexpr double kWildest = 200;  // [rad or m]
 // Maximum part of the final rates left to the linear prediction, relative to the scale of the rates; and the required
 // accuracy of the iteration in any case.
 constexpr double kPredicted[] = {1e-7, 1e-9};
-constexpr int kMostSettlings = 25;
+constexpr int kMaxSettlings = 25;
 
 }  // namespace
 
@@ -56,60 +56,60 @@ std::vector<double> ShootingIterate::rate_at(const std::vector<double>& other, s
 ShootingIterate Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate,
                                 SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints(), unknowns = n * (1 + problem_.start.knots);
-  ShootingIterate shot;
-  shot.coefficients.assign(coefficients.begin(), coefficients.end());
-  shot.coefficients.resize(static_cast<std::size_t>(unknowns - n));
-  shot.accuracy = accuracy;
-  shot.position = position;
-  shot.rate = rate;
+  ShootingIterate iterate;
+  iterate.coefficients.assign(coefficients.begin(), coefficients.end());
+  iterate.coefficients.resize(static_cast<std::size_t>(unknowns - n));
+  iterate.accuracy = accuracy;
+  iterate.position = position;
+  iterate.rate = rate;
   const bool given = problem_.demand == RateDemand::given;
-  if (given) shot.rate = problem_.given_rates.empty() ? std::vector<double>(n, 0.0) : problem_.given_rates;
+  if (given) iterate.rate = problem_.given_rates.empty() ? std::vector<double>(n, 0.0) : problem_.given_rates;
 
   SegmentEnd end;
   RateSensitivity rho;
   Eigen::MatrixXd A;  // 1 - rho_xi xi_rate
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0;; ++i) {
-    end = segment_.fly(shot.position, shot.rate, true, accuracy, shot.coefficients);
-    if (!end.finished) trouble_ = end.failure;
-    if (!end.finished || i == kMostSettlings) return shot;
-    shot.X_WB = end.X_WB;
+    end = segment_.integrate(iterate.position, iterate.rate, true, accuracy, iterate.coefficients);
+    if (!end.finished) failure_ = end.failure;
+    if (!end.finished || i == kMaxSettlings) return iterate;
+    iterate.X_WB = end.X_WB;
     if (given || n == 0) break;
     const Momentumd h_B = problem_.motion.in_base(problem_.start.end, end.X_WB);
     const DemandedRates demanded = demanded_rates(base_, end.X_WB, h_B, problem_.goals, problem_.demand);
-    shot.unmet = demanded.unmet;
-    const Eigen::VectorXd gap = demanded.rates - as_vector(shot.rate);
-    if (!gap.allFinite()) return shot;
+    iterate.unmet = demanded.unmet;
+    const Eigen::VectorXd gap = demanded.rates - as_vector(iterate.rate);
+    if (!gap.allFinite()) return iterate;
     const double fastest = demanded.rates.lpNorm<Eigen::Infinity>();
-    if (fastest > kFast && fastest * (problem_.start.end - problem_.start.begin) > kWildest) return shot;
+    if (fastest > kFast && fastest * (problem_.start.end - problem_.start.begin) > kWildest) return iterate;
     rho = rate_sensitivity(base_, end.X_WB, h_B, problem_.goals, problem_.demand, demanded);
     A = Eigen::MatrixXd::Identity(n, n) - rho.per_displacement * end.per_rate;
     const Eigen::VectorXd step = lu_solution(A, gap);
-    if (!step.allFinite()) return shot;
+    if (!step.allFinite()) return iterate;
     const double size = step.lpNorm<Eigen::Infinity>();
-    if (i > 4 && size > 2 * last) return shot;  // does not converge
+    if (i > 4 && size > 2 * last) return iterate;  // does not converge
     last = size;
-    for (int j = 0; j < n; ++j) shot.rate[j] += step[j];
+    for (int j = 0; j < n; ++j) iterate.rate[j] += step[j];
     if (size > kPredicted[static_cast<int>(accuracy)] * std::max(1.0, fastest)) continue;
-    shot.X_WB = displaced(end.X_WB, end.per_rate * step);
+    iterate.X_WB = displaced(end.X_WB, end.per_rate * step);
     break;
   }
   Eigen::MatrixXd E_theta, E_xi;
-  goal_error(base_, shot.X_WB, problem_.goals, shot.error, E_theta, E_xi);
+  goal_error(base_, iterate.X_WB, problem_.goals, iterate.error, E_theta, E_xi);
   Matrix6Xd per_unknown(6, unknowns);
   per_unknown << end.per_position, end.per_coefficient;
-  shot.K = Eigen::MatrixXd::Zero(n, unknowns);
+  iterate.K = Eigen::MatrixXd::Zero(n, unknowns);
   if (!given && n > 0) {
     Eigen::MatrixXd change = rho.per_displacement * per_unknown;
     change.leftCols(n) += rho.per_angle;
-    shot.K = lu_solution(A, change);
+    iterate.K = lu_solution(A, change);
   }
-  per_unknown += end.per_rate * shot.K;
-  shot.J = E_xi * per_unknown;  // (2)
-  shot.J.leftCols(n) += E_theta;
-  shot.per_unknown = per_unknown;
-  shot.valid = shot.error.allFinite() && shot.J.allFinite();
-  return shot;
+  per_unknown += end.per_rate * iterate.K;
+  iterate.J = E_xi * per_unknown;  // (2)
+  iterate.J.leftCols(n) += E_theta;
+  iterate.per_unknown = per_unknown;
+  iterate.valid = iterate.error.allFinite() && iterate.J.allFinite();
+  return iterate;
 }
 
 namespace {
@@ -122,29 +122,29 @@ struct Problem {
   FloatingBase& base;
   const ReachProblem& reach;
   Shooting& shooting;
-  Eigen::MatrixXd rows;  // independent combinations of the error's components, orthonormal
-  ShootingIterate shot;  // at the last point
+  Eigen::MatrixXd rows;     // independent combinations of the error's components, orthonormal
+  ShootingIterate iterate;  // at the last point
 
   // Evaluates, unless x is the last point.
   const ShootingIterate& at(const std::vector<double>& x) {
-    if (x != shot.position) shot = shooting.shoot(x, shot.rate_at(x), SegmentAccuracy::search);
-    return shot;
+    if (x != iterate.position) iterate = shooting.shoot(x, iterate.rate_at(x), SegmentAccuracy::search);
+    return iterate;
   }
 };
 
 // NLopt callback: final joints => objective at the final rates of (6.4) and its gradient with K of (6.8). Throws
-// nlopt::forced_stop if the shot fails.
+// nlopt::forced_stop if the evaluation fails.
 double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const ShootingIterate& shot = p.at(x);
-  if (!shot.valid) throw nlopt::forced_stop();
+  const ShootingIterate& iterate = p.at(x);
+  if (!iterate.valid) throw nlopt::forced_stop();
   Objective::Gradient g;
-  const double value = p.reach.objective.value(p.base, p.reach.goals, x, shot.rate, gradient.empty() ? nullptr : &g);
+  const double value = p.reach.objective.value(p.base, p.reach.goals, x, iterate.rate, gradient.empty() ? nullptr : &g);
   if (!gradient.empty()) {
     const Eigen::Index n = static_cast<Eigen::Index>(x.size());
     Eigen::Map<Eigen::VectorXd>(gradient.data(), n) =
         Eigen::Map<const Eigen::VectorXd>(g.position.data(), n) +
-        shot.K.transpose() * Eigen::Map<const Eigen::VectorXd>(g.rate.data(), n);
+        iterate.K.transpose() * Eigen::Map<const Eigen::VectorXd>(g.rate.data(), n);
   }
   return value;
 }
@@ -152,15 +152,15 @@ double objective(const std::vector<double>& x, std::vector<double>& gradient, vo
 // Rate limits: rate - limit <= 0 and -rate - limit <= 0, divided by the limit, for each joint with a limit.
 void rate_limits(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const ShootingIterate& shot = p.at(std::vector<double>(x, x + n));
-  if (!shot.valid) throw nlopt::forced_stop();
+  const ShootingIterate& iterate = p.at(std::vector<double>(x, x + n));
+  if (!iterate.valid) throw nlopt::forced_stop();
   unsigned row = 0;
   for (unsigned j = 0; j < n && row < m; ++j) {
     const double limit = kRateMargin * p.reach.rate_limit[j];
     if (!std::isfinite(limit)) continue;
     for (double sign : {1.0, -1.0}) {
-      result[row] = sign * shot.rate[j] / limit - 1;
-      for (unsigned k = 0; gradient && k < n; ++k) gradient[row * n + k] = sign * shot.K(j, k) / limit;
+      result[row] = sign * iterate.rate[j] / limit - 1;
+      for (unsigned k = 0; gradient && k < n; ++k) gradient[row * n + k] = sign * iterate.K(j, k) / limit;
       ++row;
     }
   }
@@ -168,12 +168,12 @@ void rate_limits(unsigned m, double* result, unsigned n, const double* x, double
 
 void constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  const ShootingIterate& shot = p.at(std::vector<double>(x, x + n));
-  if (!shot.valid) throw nlopt::forced_stop();
-  Eigen::Map<Eigen::VectorXd>(result, m) = p.rows * shot.error;
+  const ShootingIterate& iterate = p.at(std::vector<double>(x, x + n));
+  if (!iterate.valid) throw nlopt::forced_stop();
+  Eigen::Map<Eigen::VectorXd>(result, m) = p.rows * iterate.error;
   if (gradient) {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(gradient, m, n) =
-        p.rows * shot.J;
+        p.rows * iterate.J;
   }
 }
 
@@ -192,9 +192,9 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
   optimizer.set_xtol_abs(1e-8);
   optimizer.set_ftol_rel(1e-13);
   optimizer.set_maxeval(120);
-  double least = 0;
+  double minimum = 0;
   try {
-    optimizer.optimize(x, least);
+    optimizer.optimize(x, minimum);
   } catch (const std::exception&) {
     // Rounding errors or an invalid point: x is the last point, and may be sufficient.
     return false;
@@ -204,7 +204,7 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
 
 }  // namespace
 
-// Solution => locally optimal shot: rounds of SLSQP with independent combinations of the goal errors as constraints.
+// Solution => locally optimal iterate: rounds of SLSQP with independent combinations of the goal errors as constraints.
 ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting,
                           const ShootingIterate& solution) {
   if (solution.J.size() == 0) return solution;  // no joints: no freedom, and no SVD
@@ -231,10 +231,10 @@ ShootingIterate best_near(FloatingBase& base, const ReachProblem& problem, Shoot
     }
     if (!at_edge) break;
   }
-  ShootingIterate end =
-      data.shot.valid && data.shot.position == x
-          ? data.shot
-          : shooting.shoot(x, data.shot.valid ? data.shot.rate_at(x) : solution.rate_at(x), SegmentAccuracy::search);
+  ShootingIterate end = data.iterate.valid && data.iterate.position == x
+                            ? data.iterate
+                            : shooting.shoot(x, data.iterate.valid ? data.iterate.rate_at(x) : solution.rate_at(x),
+                                             SegmentAccuracy::search);
   return end.valid ? end : solution;
 }
 
@@ -302,8 +302,8 @@ double smallest_singular_value(const Eigen::MatrixXd& J) {
 }
 
 // J, e, bounds => minimum-norm step within the bounds, by fixing the most violated variable and solving again.
-NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
+NewtonStep minimum_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
+                             const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
   const int n = static_cast<int>(x.size());
   NewtonStep step;
   step.d = Eigen::VectorXd::Zero(n);

@@ -41,17 +41,17 @@ class Shooting {
   /// accuracy.
   ShootingIterate shoot(const std::vector<double>& position, const std::vector<double>& rate,
                         SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
-  /// Segment of the last shot; it stores its path if requested.
+  /// Segment of the last iterate; it stores its path if requested.
   PathSegment& segment() { return segment_; }
   long rhs_evaluations() const { return segment_.rhs_evaluations(); }
   /// Why the last failed integration stopped; empty if none failed.
-  const std::string& trouble() const { return trouble_; }
+  const std::string& failure() const { return failure_; }
 
  private:
   FloatingBase& base_;
   const ReachProblem& problem_;
   PathSegment segment_;
-  std::string trouble_;
+  std::string failure_;
 };
 
 // Local minimization of the objective subject to the goals.
@@ -74,8 +74,8 @@ struct NewtonStep {
 /// Minimum-norm d with e + J d = 0 in the least-squares sense and lower <= x + d <= upper. The variable that exceeds
 /// its bound most is set to it, and the others are solved for again. Directions with a singular value s below `damping`
 /// are damped by s^2/(s^2 + (damping - s)^2) (numerical filtering: Maciejewski and Klein 1988).
-NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping);
+NewtonStep minimum_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
+                             const std::vector<double>& lower, const std::vector<double>& upper, double damping);
 
 /// Of J, without structural zeros (below 1e-9 of the largest); 0 for an empty matrix.
 double smallest_singular_value(const Eigen::MatrixXd& J);

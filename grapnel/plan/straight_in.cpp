@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kGain = 5;              // k of (1) [1/s]: reduces errors due to damping or rounding
 constexpr double kNoDirection = 1e-9;    // smaller singular values, relative to the largest, are structural zeros
-constexpr int kDegree = 16;              // of the series, per piece
+constexpr int kDegree = 16;              // of the series, per segment
 constexpr double kFitTolerance = 1e-12;  // [rad or m]
 
 // Inverse of a symmetric matrix times a vector.
@@ -281,12 +281,12 @@ class Motion {
   Eigen::MatrixXd G_;
 };
 
-// Integral of a series of rates over its piece, from an initial value: sum_k c_k T_k integrates to b_k = half (c_{k-1}
-// - c_{k+1}) / (2 k), with 2 c_0 for k = 1 (Trefethen 2013, chapter 19).
-ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin_value) {
+// Integral of a series of rates over its segment, from an initial value: sum_k c_k T_k integrates to b_k = half
+// (c_{k-1} - c_{k+1}) / (2 k), with 2 c_0 for k = 1 (Trefethen 2013, chapter 19).
+ChebyshevSegment integrated(const ChebyshevSegment& rates, double half, double begin_value) {
   const std::vector<double>& c = rates.coefficients;
   const std::size_t n = c.size();
-  ChebyshevPiece position{std::vector<double>(n + 1, 0.0)};
+  ChebyshevSegment position{std::vector<double>(n + 1, 0.0)};
   std::vector<double>& b = position.coefficients;
   double at_begin = 0;  // value of the sum without b_0: T_k(-1) = (-1)^k
   for (std::size_t k = 1; k <= n; ++k) {
@@ -298,20 +298,20 @@ ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin
   return position;
 }
 
-// Ends of the pieces and the sample points of the series on them, increasing: piece i has those from i kDegree to (i +
-// 1) kDegree.
-std::vector<double> piece_times(const StraightInProblem& problem, int pieces) {
+// Ends of the segments and the sample points of the series on them, increasing: segment i has those from i kDegree to
+// (i + 1) kDegree.
+std::vector<double> segment_times(const StraightInProblem& problem, int segments) {
   std::vector<double> times;
-  const double h = (problem.end - problem.begin) / pieces;
-  for (int i = 0; i < pieces; ++i) {
-    const double a = problem.begin + i * h, b = i + 1 == pieces ? problem.end : problem.begin + (i + 1) * h;
+  const double h = (problem.end - problem.begin) / segments;
+  for (int i = 0; i < segments; ++i) {
+    const double a = problem.begin + i * h, b = i + 1 == segments ? problem.end : problem.begin + (i + 1) * h;
     for (int k = i == 0 ? 0 : 1; k <= kDegree; ++k) times.push_back(chebyshev_point(a, b, k, kDegree));
   }
   return times;
 }
 
-// The motion at the sample points of several numbers of pieces, from one integration.
-struct Flown {
+// The motion at the sample points of several numbers of segments, from one integration.
+struct Integration {
   IntegrationResult result;
   std::vector<double> times;  // increasing
   std::vector<std::vector<double>> states;
@@ -321,60 +321,62 @@ DormandPrince853<double> make_stepper(const Manifold& manifold, const StraightIn
   Tolerances tolerances;
   tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
   StepControl control;
-  control.max_steps = problem.most_steps;
+  control.max_steps = problem.max_steps;
   return {manifold, tolerances, control};
 }
 
-// Problem => motion at the sample points of all numbers of pieces, by one adaptive integration of (1).
-Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
+// Problem => motion at the sample points of all numbers of segments, by one adaptive integration of (1).
+Integration integrate_approach(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers,
+                               StraightInPath& path) {
   Motion motion(base, problem, path);
   DormandPrince853<double> stepper = make_stepper(motion.manifold(), problem);
-  Flown flown;
-  for (int pieces : numbers) {
-    const std::vector<double> times = piece_times(problem, pieces);
-    flown.times.insert(flown.times.end(), times.begin(), times.end());
+  Integration integration;
+  for (int segments : numbers) {
+    const std::vector<double> times = segment_times(problem, segments);
+    integration.times.insert(integration.times.end(), times.begin(), times.end());
   }
-  std::sort(flown.times.begin(), flown.times.end());
-  flown.times.erase(std::unique(flown.times.begin(), flown.times.end()), flown.times.end());
-  const auto observe = [&](double, std::span<const double> y) { flown.states.emplace_back(y.begin(), y.end()); };
+  std::sort(integration.times.begin(), integration.times.end());
+  integration.times.erase(std::unique(integration.times.begin(), integration.times.end()), integration.times.end());
+  const auto observe = [&](double, std::span<const double> y) { integration.states.emplace_back(y.begin(), y.end()); };
   const std::vector<double> y0 = motion.initial();
-  flown.result = integrate(stepper, motion, problem.begin, y0, problem.end, flown.times, observe);
-  return flown;
+  integration.result = integrate(stepper, motion, problem.begin, y0, problem.end, integration.times, observe);
+  return integration;
 }
 
 // Fits the rates at the sample points; positions are the integrals of the series. Rates are therefore continuous
-// between pieces for any quality of the fit: a jump would be an impulse missing in the conservation checks. The largest
-// last coefficient measures the quality of the fit.
-void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flown, int pieces, StraightInPath& path) {
+// between segments for any quality of the fit: a jump would be an impulse missing in the conservation checks. The
+// largest last coefficient measures the quality of the fit.
+void fit(FloatingBase& base, const StraightInProblem& problem, const Integration& integration, int segments,
+         StraightInPath& path) {
   const int n = base.joints();
   Motion motion(base, problem, path);
-  const std::vector<double> times = piece_times(problem, pieces);
+  const std::vector<double> times = segment_times(problem, segments);
   std::vector<std::vector<double>> values(n);
   for (double t : times) {
-    const auto at = std::lower_bound(flown.times.begin(), flown.times.end(), t) - flown.times.begin();
-    const std::vector<double>& rates = motion.rates(t, flown.states[static_cast<std::size_t>(at)]);
+    const auto at = std::lower_bound(integration.times.begin(), integration.times.end(), t) - integration.times.begin();
+    const std::vector<double>& rates = motion.rates(t, integration.states[static_cast<std::size_t>(at)]);
     if (t == problem.begin) path.rate_begin = rates;
     if (t == problem.end) path.rate_end = rates;
     for (int j = 0; j < n; ++j) values[j].push_back(rates[j]);
   }
-  for (std::size_t i = 0; i < flown.times.size(); ++i) {
-    const std::vector<double>& y = flown.states[i];
-    path.points.push_back({flown.times[i], {y.begin(), y.begin() + n}, motion.base_pose(y)});
+  for (std::size_t i = 0; i < integration.times.size(); ++i) {
+    const std::vector<double>& y = integration.states[i];
+    path.points.push_back({integration.times[i], {y.begin(), y.begin() + n}, motion.base_pose(y)});
   }
-  path.gaps = motion.gaps(problem.end, flown.states.back());
+  path.gaps = motion.gaps(problem.end, integration.states.back());
   path.joints.assign(n, {});
   path.fit_error = 0;
   for (int j = 0; j < n; ++j) {
     double position = problem.position[j];
-    for (int i = 0; i < pieces; ++i) {
+    for (int i = 0; i < segments; ++i) {
       const std::span<const double> samples(values[j].data() + i * kDegree, kDegree + 1);
       const double a = times[static_cast<std::size_t>(i) * kDegree],
                    b = times[static_cast<std::size_t>(i + 1) * kDegree];
-      ChebyshevPiece piece = integrated(chebyshev_interpolant(samples), 0.5 * (b - a), position);
-      const auto& c = piece.coefficients;
+      ChebyshevSegment segment = integrated(chebyshev_interpolant(samples), 0.5 * (b - a), position);
+      const auto& c = segment.coefficients;
       path.fit_error = std::max({path.fit_error, std::abs(c[kDegree + 1]), std::abs(c[kDegree])});
       position = std::accumulate(c.begin(), c.end(), 0.0);  // T_k(1) = 1
-      path.joints[j].pieces.push_back({a, b, std::move(piece)});
+      path.joints[j].segments.push_back({a, b, std::move(segment)});
     }
   }
 }
@@ -415,7 +417,7 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
 }
 
 // Times during the straight approach => poses and twists of the targets, by integration of their free motion (5.1).
-std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times) {
+std::vector<std::vector<FreeBody>> target_states(const StraightInProblem& problem, std::span<const double> times) {
   const Tumbling tumbling(problem, 0);
   Manifold manifold;
   tumbling.add_to(manifold);
@@ -445,25 +447,25 @@ void self_motion_basis(double x, std::span<double> phi) {
   }
 }
 
-// Problem => joint trajectories as Chebyshev series: integrates (1) and increases the number of pieces until the fit is
-// within tolerance.
+// Problem => joint trajectories as Chebyshev series: integrates (1) and increases the number of segments until the fit
+// is within tolerance.
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {
-  // One integration serves these numbers of pieces; most motions need no more.
+  // One integration serves these numbers of segments; most motions need no more.
   constexpr int kNumbers[2][3] = {{2, 4, 8}, {16, 32, 64}};
   StraightInPath path;
   long evaluations = 0;
   for (const auto& numbers : kNumbers) {
-    const Flown flown = fly(base, problem, numbers, path);
-    evaluations += flown.result.statistics.rhs_evaluations;
-    for (int pieces : numbers) {
+    const Integration integration = integrate_approach(base, problem, numbers, path);
+    evaluations += integration.result.statistics.rhs_evaluations;
+    for (int segments : numbers) {
       path = {};
       path.rhs_evaluations = evaluations;
-      path.finished = flown.result.finished();
+      path.finished = integration.result.finished();
       if (!path.finished) {
-        path.failure = flown.result.explanation();
+        path.failure = integration.result.explanation();
         return path;  // a further attempt would fail as well
       }
-      fit(base, problem, flown, pieces, path);
+      fit(base, problem, integration, segments, path);
       if (path.fit_error <= kFitTolerance) return path;
     }
   }

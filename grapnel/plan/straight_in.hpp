@@ -80,9 +80,9 @@ struct StraightInProblem {
   Vector3d gravity = Vector3d::zero();
   std::vector<FreeBody> targets;  // at `begin`
   std::vector<StraightGoal> goals;
-  double stand_off = 0;                  // [m]
-  double final_speed = 0;                // [m/s]
-  std::int64_t most_steps = 10'000'000;  // step limit of one integration
+  double stand_off = 0;                 // [m]
+  double final_speed = 0;               // [m/s]
+  std::int64_t max_steps = 10'000'000;  // step limit of one integration
   SelfMotion self_motion;
   /// Initial joint rates if known from a forward simulation; empty: those of (1). Their difference from (1) decays as e
   /// does.
@@ -116,7 +116,7 @@ struct StraightInPath {
 std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double time);
 
 /// The target states at increasing times from `begin` on.
-std::vector<std::vector<FreeBody>> targets_on_the_way(const StraightInProblem& problem, std::span<const double> times);
+std::vector<std::vector<FreeBody>> target_states(const StraightInProblem& problem, std::span<const double> times);
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem);
 

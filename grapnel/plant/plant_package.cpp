@@ -224,9 +224,9 @@ GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::stri
   gathered.package.base_torque = base_torque;
   const Node tree = tree_with(changes, scenario, files);
   std::vector<std::string> paths;
-  for (const std::string& asked : parameters) {
+  for (const std::string& requested : parameters) {
     const std::vector<std::string> more =
-        asked == "default" ? default_parameters(tree, problem) : std::vector<std::string>{asked};
+        requested == "default" ? default_parameters(tree, problem) : std::vector<std::string>{requested};
     for (const std::string& path : more) {
       if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
     }

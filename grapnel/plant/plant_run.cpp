@@ -36,11 +36,11 @@ double row_of(const Ledger& ledger, const std::string& name) {
 }  // namespace
 
 // The controller of the run: passes its inputs to the caller and applies the caller's commands.
-class PlantRun::Told final : public Controller {
+class PlantRun::CommandedController final : public Controller {
  public:
-  Told(PlantRun& run, ControlledRobot robot) : run_(run), robot_(std::move(robot)) {}
+  CommandedController(PlantRun& run, ControlledRobot robot) : run_(run), robot_(std::move(robot)) {}
 
-  void begin_piece(const Model& model, double) override {
+  void begin_segment(const Model& model, double) override {
     base_ = model.body_index(robot_.base);
     joints_.clear(), wheels_.clear(), frames_.clear();
     for (const std::string& name : robot_.joints) joints_.push_back(joint_named(model, name));
@@ -51,21 +51,21 @@ class PlantRun::Told final : public Controller {
       gimbals_.push_back(model.joints()[joint_named(model, gimbal_body_name(gyro.name))]);
     for (const TargetSetup& target : run_.plant_.targets)
       frames_.push_back(model.frame_index(target_body_name(target.name)));
-    ++piece_;
+    ++segment_;
   }
 
   void update(const ControlInput& input, ControlCommand& command) override {
-    run_.arrive(seen(input), input.time, told_);
+    run_.arrive(seen(input), input.time, commands_);
     std::size_t next = 0;
-    for (const std::size_t joint : joints_) command.effort[joint] = told_.at(next++);
+    for (const std::size_t joint : joints_) command.effort[joint] = commands_.at(next++);
     if (run_.variables_.base_torque) {
-      for (int k = 0; k < 3; ++k) command.base_torque[k] = told_.at(next++);
+      for (int k = 0; k < 3; ++k) command.base_torque[k] = commands_.at(next++);
     }
     if (!run_.plant_.control->base_actuators) return;
     const auto take = [&](std::size_t count) {
       next += count;
-      return std::vector<double>(told_.begin() + static_cast<std::ptrdiff_t>(next - count),
-                                 told_.begin() + static_cast<std::ptrdiff_t>(next));
+      return std::vector<double>(commands_.begin() + static_cast<std::ptrdiff_t>(next - count),
+                                 commands_.begin() + static_cast<std::ptrdiff_t>(next));
     };
     command.actuators.wheel_torque = take(wheels_.size());
     command.actuators.gimbal_rate = take(gimbals_.size());
@@ -76,7 +76,7 @@ class PlantRun::Told final : public Controller {
  private:
   PlantOutputs seen(const ControlInput& input) const {
     PlantOutputs out;
-    out.phase = run_.phase_, out.piece = piece_;
+    out.phase = run_.phase_, out.piece = segment_;
     for (const std::size_t joint : joints_) {
       const JointPoint &sensed = input.sensed[joint], &desired = input.reference[joint];
       out.joints.push_back({sensed.position, sensed.rate, desired.position, desired.rate, desired.acceleration});
@@ -101,11 +101,11 @@ class PlantRun::Told final : public Controller {
 
   PlantRun& run_;
   const ControlledRobot robot_;
-  int base_ = -1, piece_ = -1;
+  int base_ = -1, segment_ = -1;
   std::vector<std::size_t> joints_;  // positions in Model::joints()
   std::vector<int> wheels_, frames_;
   std::vector<int> gimbals_;  // bodies
-  std::vector<double> told_;
+  std::vector<double> commands_;
 };
 
 class PlantRun::Source final : public ControllerSource {
@@ -113,7 +113,7 @@ class PlantRun::Source final : public ControllerSource {
   explicit Source(PlantRun& run) : run_(run) {}
   std::shared_ptr<Controller> make(const ControlTiming&, const std::string&, ControlledRobot robot,
                                    const Model&) const override {
-    return std::make_shared<Told>(run_, std::move(robot));
+    return std::make_shared<CommandedController>(run_, std::move(robot));
   }
 
  private:

@@ -47,8 +47,8 @@ class PlantRun {
   const PlantOutputs& outputs() const { return outputs_; }
 
  private:
-  class Told;    // the controller
-  class Source;  // creates it
+  class CommandedController;  // the controller
+  class Source;               // creates it
   struct Cancelled {};
   enum class At { nothing, work, sample, end };
 

@@ -37,7 +37,7 @@ class DirectoryGuard {
 template <class Call>
 auto guarded(const std::string& named, const char* function, double time, const Call& call) {
   const PluginCall blame(named.c_str(), function, time);
-  const FloatingPointGuard kept;
+  const FloatingPointGuard environment_guard;
   const DirectoryGuard directory;
   try {
     return call();

@@ -62,7 +62,7 @@ Json robot_json(const ControlledRobot& robot, const Model& model) {
 
 // --- Queries available to a plugin ---
 
-struct Asked {
+struct QueryContext {
   const Model& model;
   const State& state;
   const ControlledRobot& robot;
@@ -70,7 +70,7 @@ struct Asked {
   const std::vector<int>& velocities;
   int base_velocities;  // 6, or 0 for a base fixed to the world
 };
-const Asked& asked(const void* context) { return *static_cast<const Asked*>(context); }
+const QueryContext& context_of(const void* context) { return *static_cast<const QueryContext*>(context); }
 
 // No exception may leave these functions: the caller is C code.
 template <class Answer>
@@ -83,11 +83,11 @@ int answered(const Answer& answer) noexcept {
   }
 }
 
-int count_velocities(const void* context) { return static_cast<int>(asked(context).velocities.size()); }
+int count_velocities(const void* context) { return static_cast<int>(context_of(context).velocities.size()); }
 
-int give_mass_matrix(const void* context, double* H) {
+int provide_mass_matrix(const void* context, double* H) {
   return answered([&] {
-    const Asked& a = asked(context);
+    const QueryContext& a = context_of(context);
     const Eigen::MatrixXd M = mass_matrix(a.model, a.state);
     for (const int row : a.velocities) {
       for (const int column : a.velocities) *H++ = M(row, column);
@@ -95,9 +95,9 @@ int give_mass_matrix(const void* context, double* H) {
   });
 }
 
-int give_bias(const void* context, double* C) {
+int provide_bias(const void* context, double* C) {
   return answered([&] {
-    const Asked& a = asked(context);
+    const QueryContext& a = context_of(context);
     Workspace workspace(a.model);
     std::vector<double> c(static_cast<std::size_t>(a.model.velocities()));
     bias(a.model, a.state, a.robot.gravity, workspace, c);
@@ -105,9 +105,9 @@ int give_bias(const void* context, double* C) {
   });
 }
 
-int give_momentum(const void* context, double* p) {
+int provide_momentum(const void* context, double* p) {
   return answered([&] {
-    const Asked& a = asked(context);
+    const QueryContext& a = context_of(context);
     const Kinematics kinematics = forward_kinematics(a.model, a.state);
     const std::array<int, 1> root = {a.base};
     const Momentumd h = momentum_about(a.model, kinematics, center_of_mass(a.model, kinematics, root), root);
@@ -117,9 +117,9 @@ int give_momentum(const void* context, double* p) {
   });
 }
 
-int give_jacobian(const void* context, const char* frame, double* J) {
+int provide_jacobian(const void* context, const char* frame, double* J) {
   return answered([&] {
-    const Asked& a = asked(context);
+    const QueryContext& a = context_of(context);
     const Eigen::MatrixXd all = generalized_jacobian(a.model, a.state, a.base, a.model.frame_index(frame));
     const std::vector<int> order = joint_velocities(a.model, a.base);  // of the Jacobian's columns
     for (Eigen::Index row = 0; row < 6; ++row) {
@@ -144,7 +144,7 @@ bool has(const grapnel_controller_plugin& table, Member grapnel_controller_plugi
 ControllerPlugin::ControllerPlugin(const std::string& file, const std::string& shown)
     : named_(fmt::format("the plugin '{}'", shown)) {
   const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
-  const FloatingPointGuard kept;
+  const FloatingPointGuard environment_guard;
   const DirectoryGuard directory;
   library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   const auto refuse = [&](const std::string& why) {
@@ -192,7 +192,7 @@ std::string ControllerPlugin::fault() const {
 ControllerPlugin::~ControllerPlugin() {
   if (library_ == nullptr) return;
   const PluginCall blame(named_.c_str(), "the code that runs when it is unloaded", 0);
-  const FloatingPointGuard kept;
+  const FloatingPointGuard environment_guard;
   const DirectoryGuard directory;
   ::dlclose(library_);
 }
@@ -244,14 +244,14 @@ PluginController::~PluginController() {
 }
 
 void PluginController::fail(const char* what, double time) const {
-  const char* said = nullptr;
+  const char* reason = nullptr;
   if (has(plugin_->functions(), &grapnel_controller_plugin::last_error))
-    said = guarded(plugin_->named(), "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
+    reason = guarded(plugin_->named(), "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
   throw ControllerError(fmt::format("at t = {:.9g} s {}() of {} failed: {}", time, what, plugin_->named(),
-                                    said != nullptr && said[0] != 0 ? said : "it states no reason"));
+                                    reason != nullptr && reason[0] != 0 ? reason : "it states no reason"));
 }
 
-void PluginController::begin_piece(const Model& model, double time) {
+void PluginController::begin_segment(const Model& model, double time) {
   time_ = time;
   base_ = model.body_index(robot_.base);
   joints_.clear();
@@ -270,7 +270,7 @@ void PluginController::begin_piece(const Model& model, double time) {
   for (const int v : joint_velocities(model, base_)) {
     if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
   }
-  if (++piece_ > 0 || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
+  if (++segment_ > 0 || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
   if (guarded(plugin_->named(), "reset", time, [&] { return plugin_->functions().reset(instance_, time); }) != 0)
     fail("reset", time);
 }
@@ -315,7 +315,7 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
   const Vector3d w = transpose(X_WB.R) * V_WB.angular;
   const grapnel_controller_input in{sizeof(in),
                                     input.time,
-                                    piece_,
+                                    segment_,
                                     static_cast<int>(joints_.size()),
                                     position_.data(),
                                     rate_.data(),
@@ -333,9 +333,10 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
                                     static_cast<int>(target_pose_.size() / 7),
                                     target_pose_.data(),
                                     target_motion_.data()};
-  const Asked context{input.model, input.state, robot_, base_, velocities_, input.model.has_free_root(base_) ? 6 : 0};
-  const grapnel_controller_access access{sizeof(access), &context,      count_velocities, give_mass_matrix,
-                                         give_bias,      give_momentum, give_jacobian};
+  const QueryContext context{input.model, input.state, robot_,
+                             base_,       velocities_, input.model.has_free_root(base_) ? 6 : 0};
+  const grapnel_controller_access access{sizeof(access), &context,         count_velocities, provide_mass_matrix,
+                                         provide_bias,   provide_momentum, provide_jacobian};
   grapnel_controller_output out{sizeof(out), effort_.data(), {0, 0, 0}};
   const int failed = guarded(plugin_->named(), "update", input.time,
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
@@ -358,11 +359,11 @@ std::vector<unsigned char> PluginController::save() {
   const grapnel_controller_plugin& functions = plugin_->functions();
   if (!has(functions, &grapnel_controller_plugin::save))
     throw ControllerError(fmt::format("{} has no function save()", plugin_->named()));
-  const auto ask = [&](void* bytes, std::size_t count) {
+  const auto save_into = [&](void* bytes, std::size_t count) {
     return guarded(plugin_->named(), "save", time_, [&] { return functions.save(instance_, bytes, count); });
   };
-  std::vector<unsigned char> bytes(ask(nullptr, 0));
-  ask(bytes.data(), bytes.size());
+  std::vector<unsigned char> bytes(save_into(nullptr, 0));
+  save_into(bytes.data(), bytes.size());
   return bytes;
 }
 

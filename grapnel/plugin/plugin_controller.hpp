@@ -53,7 +53,7 @@ class PluginController final : public Controller {
                    const std::string& parameters, ControlledRobot robot, const Model& model);
   ~PluginController() override;
 
-  void begin_piece(const Model& model, double time) override;
+  void begin_segment(const Model& model, double time) override;
   void update(const ControlInput& input, ControlCommand& command) override;
 
   /// Saves and restores the state of the instance. @throws ControllerError, also if the plugin does not support it.
@@ -68,7 +68,7 @@ class PluginController final : public Controller {
   std::shared_ptr<const ControllerPlugin> plugin_;
   ControlledRobot robot_;
   void* instance_ = nullptr;
-  int piece_ = -1;
+  int segment_ = -1;
   double time_ = 0;
   int base_ = -1;                // body
   std::vector<int> joints_;      // positions in Model::joints()

@@ -120,7 +120,7 @@ void (*before_first_call)() = nullptr;
   line.add(t_call->time);
   line.add(end);
   line.write_out();
-  shared_blame.load()->said = true;
+  shared_blame.load()->reported = true;
   ::_exit(1);
 }
 

@@ -36,7 +36,7 @@ struct PluginBlame {
   const char* function;  // a literal
   double time;           // [s]
   int calls;             // in progress
-  bool said;             // a line on the standard error has already named the plugin
+  bool reported;         // a line on the standard error has already named the plugin
 };
 /// Records calls in `blame`, and runs `first` before the first call.
 void share_plugin_blame(PluginBlame* blame, void (*first)());

@@ -107,9 +107,9 @@ constexpr int kPolynomialDegree = 5;
 // degrees would only add rounding errors to the derivatives.
 constexpr int kCycloidalDegree = 21;
 
-std::vector<double> series_of(const JointPiece& piece) {
-  if (const auto* series = std::get_if<ChebyshevPiece>(&piece.shape)) return series->coefficients;
-  const JointPath& path = std::get<JointPath>(piece.shape);
+std::vector<double> series_of(const JointSegment& segment) {
+  if (const auto* series = std::get_if<ChebyshevSegment>(&segment.shape)) return series->coefficients;
+  const JointPath& path = std::get<JointPath>(segment.shape);
   const int degree = path.profile == JointProfile::cycloidal ? kCycloidalDegree : kPolynomialDegree;
   std::vector<double> values;
   for (int k = 0; k <= degree; ++k)
@@ -119,30 +119,30 @@ std::vector<double> series_of(const JointPiece& piece) {
 
 }  // namespace
 
-JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint) {
+JointTrajectory trajectory_of(std::span<const MotionPiece> segments, std::size_t joint) {
   JointTrajectory trajectory;
   double begin = 0;
-  for (const MotionPiece& piece : pieces) {
-    trajectory.pieces.push_back({begin, piece.until, ChebyshevPiece{piece.series[joint]}});
-    begin = piece.until;
+  for (const MotionPiece& segment : segments) {
+    trajectory.segments.push_back({begin, segment.until, ChebyshevSegment{segment.series[joint]}});
+    begin = segment.until;
   }
   return trajectory;
 }
 
 std::vector<MotionPiece> motion_segments(std::span<const JointTrajectory> joints) {
-  std::vector<MotionPiece> pieces(joints.empty() ? 0 : joints[0].pieces.size());
+  std::vector<MotionPiece> segments(joints.empty() ? 0 : joints[0].segments.size());
   for (const JointTrajectory& joint : joints) {
     double begin = 0;
-    if (joint.pieces.size() != pieces.size()) throw std::invalid_argument("motion pieces: joints differ in number");
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const JointPiece& piece = joint.pieces[i];
-      if (piece.begin != begin || piece.end != joints[0].pieces[i].end)
+    if (joint.segments.size() != segments.size()) throw std::invalid_argument("motion pieces: joints differ in number");
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const JointSegment& segment = joint.segments[i];
+      if (segment.begin != begin || segment.end != joints[0].segments[i].end)
         throw std::invalid_argument("motion pieces: joints differ in the times of their pieces");
-      begin = pieces[i].until = piece.end;
-      pieces[i].series.push_back(series_of(piece));
+      begin = segments[i].until = segment.end;
+      segments[i].series.push_back(series_of(segment));
     }
   }
-  return pieces;
+  return segments;
 }
 
 }  // namespace grapnel

@@ -281,8 +281,8 @@ struct PlanSetup {
   long max_evaluations = 30'000'000;
 
   // Path constraints of the last planned segment. The extent of the joint limits: at_end: positions and rates at the
-  // segment's end. on_the_way: positions, rates and efforts along the whole trajectory.
-  enum class Limits { at_end, on_the_way };
+  // segment's end. during_approach: positions, rates and efforts along the whole trajectory.
+  enum class Limits { at_end, during_approach };
   Limits limits = Limits::at_end;
   std::optional<double> clearance;  // minimum distance of the bodies of ClearanceSetup [m]
   // distance from its grasp point within which an end-effector may touch its target [m]
@@ -343,7 +343,7 @@ struct SampledMotion {
 /// A piece of joint motion as polynomials. It begins where and when the previous one ends, the first at t = 0.
 struct MotionPiece {
   double until = 0;  // [s], from the start of the approach
-  /// Per joint: coefficients in Chebyshev polynomials of the first kind over the piece's time, as in ChebyshevPiece.
+  /// Per joint: coefficients in Chebyshev polynomials of the first kind over the piece's time, as in ChebyshevSegment.
   std::vector<std::vector<double>> series;
 };
 
@@ -725,7 +725,7 @@ std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoi
 // --- Joint motion stated in pieces, to and from trajectories ---
 
 /// The motion of one joint.
-JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint);
+JointTrajectory trajectory_of(std::span<const MotionPiece> segments, std::size_t joint);
 
 /// Converts trajectories, which begin at 0 and whose pieces end at the same times. Series remain unchanged, polynomial
 /// profiles become series of degree 5, cycloidal ones their interpolants, which differ only by rounding errors. @throws

@@ -123,12 +123,12 @@ void check_pieces(const ApproachSetup& approach, std::size_t joints, std::vector
 }
 
 // Checks that the joints' motion is stated in exactly one form.
-void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+void check_motion_form(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const ApproachSetup& approach = *problem.approach;
-  const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0) + (approach.pieces.empty() ? 0 : 1);
-  if (ways > 1 || (ways == 1 && !approach.final_position.empty()))
+  const int forms = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0) + (approach.pieces.empty() ? 0 : 1);
+  if (forms > 1 || (forms == 1 && !approach.final_position.empty()))
     faults.push_back("approach: give one of final positions, plan, samples and pieces");
-  if (ways == 0 && approach.final_position.size() != joints) {
+  if (forms == 0 && approach.final_position.size() != joints) {
     faults.push_back(fmt::format("approach: final joint positions: {} values for {} joints",
                                  approach.final_position.size(), joints));
   } else if (!finite(approach.final_position)) {
@@ -214,10 +214,10 @@ void check_phase(const CaptureProblem& problem, std::size_t k, const CheckSize& 
     add(": joints: detumble requires the section 'detumble'");
   if (post.detumble && !(post.detumble->torque > 0 && std::isfinite(post.detumble->torque)))
     add(".detumble: torque must be positive");
-  if (const auto& keep = post.keep_base_attitude) {
-    if (!keep->posture.empty()) check_size(keep->posture, (here + ".keep_base_attitude: posture").c_str());
-    if (!(keep->rate > 0 && std::isfinite(keep->rate)) ||
-        !(keep->posture_rate > 0 && std::isfinite(keep->posture_rate)))
+  if (const auto& hold = post.keep_base_attitude) {
+    if (!hold->posture.empty()) check_size(hold->posture, (here + ".keep_base_attitude: posture").c_str());
+    if (!(hold->rate > 0 && std::isfinite(hold->rate)) ||
+        !(hold->posture_rate > 0 && std::isfinite(hold->posture_rate)))
       add(".keep_base_attitude: rates must be positive");
   }
   double before = 0;
@@ -248,7 +248,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
   if (const auto& approach = problem.approach) {
     if (!(approach->duration > 0) || !std::isfinite(approach->duration))
       faults.push_back("approach: duration must be positive");
-    check_way(problem, joints, faults);
+    check_motion_form(problem, joints, faults);
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
     if (has_gains(approach->tracking.mode)) {

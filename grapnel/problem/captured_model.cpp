@@ -29,14 +29,14 @@ JointDescription grasp_joint(const LoopClosure& grasp, const std::string& name, 
 BodyDescription hang(const BodyDescription& target, const HeldGrasp& grasp, const std::string& parent,
                      const Kinematics& k) {
   const LoopClosure& frames = grasp.frames;
-  BodyDescription caught = target;
-  caught.com = caught.com - frames.X_BD.p;
-  caught.parent = parent;
+  BodyDescription captured = target;
+  captured.com = captured.com - frames.X_BD.p;
+  captured.parent = parent;
   const Rotationd R_CT = transpose((k.X_WB[frames.body_a] * frames.X_AC).R) * k.X_WB[frames.body_b].R;
   const Rotationd R = frames.model == GraspModel::rigid ? transpose(frames.X_BD.R) : R_CT;
-  caught.X_PF = frames.X_AC * Posed{R, Vector3d::zero()};
-  caught.joint = grasp_joint(frames, "grasp:" + caught.name, transpose(R));
-  return caught;
+  captured.X_PF = frames.X_AC * Posed{R, Vector3d::zero()};
+  captured.joint = grasp_joint(frames, "grasp:" + captured.name, transpose(R));
+  return captured;
 }
 
 // Coordinates and velocities are copied by body; new joints start at zero with the relative velocity.

@@ -134,10 +134,10 @@ class ControlConflicts : ConflictFinder {
 
   using Actuators = BaseControlSetup::Actuators;
 
-  // `asked`: also if the robot has no wheels.
-  bool uses_wheels(const BaseControlSetup& control, bool asked = false) const {
+  // `requested`: also if the robot has no wheels.
+  bool uses_wheels(const BaseControlSetup& control, bool requested = false) const {
     if (control.actuators && control.actuators != Actuators::wheels) return false;
-    return asked || !problem_.robot.wheels.empty();
+    return requested || !problem_.robot.wheels.empty();
   }
 
   void check_actuators_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
@@ -161,7 +161,7 @@ class ControlConflicts : ConflictFinder {
     const ThrusterAllocation allocation = thruster_allocation();
     for (int k = 0; k < 3; ++k) {
       if (control.kp[k] == 0 && control.kd[k] == 0) continue;
-      if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
+      if (allocation.can_provide(axis_vector(k)) && allocation.can_provide(-axis_vector(k))) continue;
       add(path,
           "{}: its gains require torque about {}, which the robot's thrusters cannot give in both directions; state "
           "the gains "
@@ -173,7 +173,7 @@ class ControlConflicts : ConflictFinder {
   void check_dumping(const BaseControlSetup& control, const std::string& path) {
     const std::string here = path + ".dumping";
     if (!uses_wheels(control)) {
-      add_key(here, "{}: no wheels give the torque, so no momentum accumulates that could be dumped", here);
+      add_key(here, "{}: momentum dumping requires reaction wheels, but base_control does not use any", here);
       return;
     }
     if (!(control.dumping->below < control.dumping->above))
@@ -188,7 +188,7 @@ class ControlConflicts : ConflictFinder {
     const ThrusterAllocation allocation = thruster_allocation();
     for (int k = 0; k < 3; ++k) {
       if (lacking_torque(axes, axis_vector(k)) >= 1e-6) continue;
-      if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
+      if (allocation.can_provide(axis_vector(k)) && allocation.can_provide(-axis_vector(k))) continue;
       add_key(here,
               "{}: wheels accumulate momentum about {}, about which the robot's thrusters cannot give torque in both "
               "directions",
@@ -226,7 +226,8 @@ class ControlConflicts : ConflictFinder {
     const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
     const std::string rate = path + ".wheel_speed_rate", speeds = path + ".wheel_speeds";
     if (!uses_wheels(control)) {
-      add(control.wheel_speeds.empty() ? rate : speeds, "{}: no wheels give the torque",
+      add(control.wheel_speeds.empty() ? rate : speeds,
+          "{} requires reaction wheels, but base_control does not use any",
           control.wheel_speeds.empty() ? rate : speeds);
       return;
     }
@@ -276,7 +277,7 @@ class ControlConflicts : ConflictFinder {
     if (!problem_.control) return;
     check_timing(problem_.control->timing);
     if (problem_.control->log) check_rows(*problem_.control);
-    if (problem_.control->log) check_told(*problem_.control->log, in_approach, afterwards);
+    if (problem_.control->log) check_log(*problem_.control->log, in_approach, afterwards);
     if (is_there && !in_approach && !any_phase) {
       const char* const path = problem_.control->log            ? "control.torques"
                                : problem_.control->external     ? "control.external"
@@ -295,8 +296,8 @@ class ControlConflicts : ConflictFinder {
     }
     if (problem_.control->base_actuators && (!problem_.control->external || problem_.control->base_torque))
       add("control.external",
-          "control.external: a controller of the program commands each wheel's torque and each thruster's valve, "
-          "instead of base_torque");
+          "control.external: base_actuators requires control.external and excludes base_torque, because the program "
+          "commands each wheel's torque and each thruster's valve");
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so a torque has no effect");
@@ -311,8 +312,8 @@ class ControlConflicts : ConflictFinder {
   }
 
   // A log commands the actuators of the base, as attitude control would.
-  void check_told(const EffortLog& log, bool in_approach, bool afterwards) {
-    if (!log.tells_actuators()) return;
+  void check_log(const EffortLog& log, bool in_approach, bool afterwards) {
+    if (!log.commands_actuators()) return;
     const auto both = [&](const char* path) {
       add_key(path, "{}: control.torques commands each actuator of the base; leave out one of the two", path)
           .relies_on = "control.torques";
@@ -440,7 +441,7 @@ class ControlConflicts : ConflictFinder {
     if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
     if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
       add("post_impact.kd",
-          "post_impact.kd must be above 0 with joints: detumble, which distributes the efforts by it");
+          "post_impact.kd must be above 0 with joints: detumble, because kd weights the distribution of the efforts");
     if (post.joints != Joints::keep_base_attitude) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("post_impact.joints",
@@ -478,7 +479,7 @@ class ControlConflicts : ConflictFinder {
           name_of(problem_.impact->law));
     if (afterwards)
       refuse_loops("impedance, but", "this law does not support closed loops; use grasp_force, detumble or pd");
-    check_hands(*problem_.impedance);
+    check_end_effectors(*problem_.impedance);
     if (problem_.impedance->match == ImpedanceSetup::Match::none) return;
     const std::string path = "impedance.match";
     if (!in_impact) add(path, "{}: target, which requires impact.joints: impedance", path);
@@ -492,25 +493,27 @@ class ControlConflicts : ConflictFinder {
       add(path, "{}: target, but no grasp is a contact with a normal: grasps[...].model: contact", path);
   }
 
-  void check_hands(const ImpedanceSetup& impedance) {
+  void check_end_effectors(const ImpedanceSetup& impedance) {
     const std::string path = "impedance.end_effectors";
-    std::vector<std::string> known, hands = impedance.end_effectors;
+    std::vector<std::string> known, end_effectors = impedance.end_effectors;
     for (const EndEffectorSetup& e : problem_.robot.end_effectors) known.push_back(e.name);
-    for (const std::string& name : hands) {
+    for (const std::string& name : end_effectors) {
       if (std::find(known.begin(), known.end(), name) == known.end())
         add(path, "{} names {}, which the robot does not have{}", path, in_quotes(name),
             suggestion(name, known, "end-effectors"));
     }
     for (const GraspSetup& grasp : problem_.grasps) {
-      const bool fresh = std::find(hands.begin(), hands.end(), grasp.end_effector) == hands.end();
-      if (impedance.end_effectors.empty() && fresh) hands.push_back(grasp.end_effector);
+      const bool fresh =
+          std::find(end_effectors.begin(), end_effectors.end(), grasp.end_effector) == end_effectors.end();
+      if (impedance.end_effectors.empty() && fresh) end_effectors.push_back(grasp.end_effector);
     }
-    if (hands.empty()) add_key("impedance", "impedance: no grasps name end-effectors; list them: {}: [...]", path);
+    if (end_effectors.empty())
+      add_key("impedance", "impedance: no grasps name end-effectors; list them: {}: [...]", path);
     const int needed = impedance.motion == ImpedanceSetup::Motion::pose ? 6 : 3;
-    for (const std::string& name : hands) {
-      const EndEffectorSetup* hand = end_effector(name);
-      if (!hand) continue;
-      const int joints = moving_joints_to(hand->body);
+    for (const std::string& name : end_effectors) {
+      const EndEffectorSetup* effector = end_effector(name);
+      if (!effector) continue;
+      const int joints = moving_joints_to(effector->body);
       if (joints >= needed) continue;
       add("impedance.motion", "impedance.motion is {}, which needs at least {} moving joints; the arm of {} has {}",
           name_of(impedance.motion), needed, in_quotes(name), joints);
@@ -539,25 +542,26 @@ class ControlConflicts : ConflictFinder {
       return;
     }
     const std::string& target = setup.target.empty() ? targets[0] : setup.target;
-    std::vector<std::string> hands;
+    std::vector<std::string> end_effectors;
     for (const GraspSetup& grasp : problem_.grasps) {
-      if (!grasp.contact && grasp.target == target) hands.push_back(grasp.end_effector);
+      if (!grasp.contact && grasp.target == target) end_effectors.push_back(grasp.end_effector);
     }
-    if (hands.size() < 2)
+    if (end_effectors.size() < 2)
       add("post_impact.joints",
           "post_impact.joints is grasp_force, which needs two grasps or more of one target; {} is held by one: use "
           "detumble or impedance",
           in_quotes(target));
     if (std::any_of(kd.begin(), kd.end(), [](double d) { return d <= 0; }))
       add("post_impact.kd",
-          "post_impact.kd must be above 0 with joints: grasp_force, which distributes the efforts by it");
+          "post_impact.kd must be above 0 with joints: grasp_force, because kd weights the distribution of the "
+          "efforts");
     for (std::size_t p = 0; p < setup.pairs.size(); ++p) {
       const std::string place = fmt::format("post_impact.grasp_force.pairs[{}].between", p);
       const std::vector<std::string>& between = setup.pairs[p].between;
       for (const std::string& name : between) {
-        if (std::find(hands.begin(), hands.end(), name) == hands.end())
+        if (std::find(end_effectors.begin(), end_effectors.end(), name) == end_effectors.end())
           add(place, "{} names {}, which does not hold {}{}", place, in_quotes(name), in_quotes(target),
-              suggestion(name, hands, "grasps"));
+              suggestion(name, end_effectors, "grasps"));
       }
       if (between.size() != 2 || between[0] == between[1])
         add(place, "{} must name two different end-effectors", place);
@@ -586,10 +590,10 @@ class ControlConflicts : ConflictFinder {
     bool any_rigid = false;
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
-      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
-      if (grasp.contact || grasp.target != target || !hand) continue;
+      const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+      if (grasp.contact || grasp.target != target || !effector) continue;
       any_rigid = any_rigid || grasp.model == GraspModel::rigid;
-      const int joints = moving_joints_to(hand->body), turns = 6 - row_count(grasp.model);
+      const int joints = moving_joints_to(effector->body), turns = 6 - row_count(grasp.model);
       if (joints + turns >= 6) continue;
       add("post_impact.joints",
           "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} need "

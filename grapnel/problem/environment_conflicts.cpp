@@ -54,18 +54,18 @@ class EnvironmentConflicts : ConflictFinder {
   void check_nearness(double lowest) {
     const double duration = duration_of(problem_.approach).value_or(0) + duration_of(problem_.post_impact).value_or(0);
     const auto check = [&](const std::string& path, const Vector3d& position, const Vector3d& velocity) {
-      const double off = norm(position), way = norm(velocity) * duration, most = kNear * lowest;
-      if (!(off + way > most) || !std::isfinite(off + way)) return;
-      if (off >= way) {
+      const double off = norm(position), travel = norm(velocity) * duration, limit = kNear * lowest;
+      if (!(off + travel > limit) || !std::isfinite(off + travel)) return;
+      if (off >= travel) {
         add(path + ".position",
             "{}.position: {:.6g} m from the orbit's reference point, which is W's origin; the field near an orbit is "
             "linear and holds within {:.6g} m",
-            path, off, most);
+            path, off, limit);
       } else {
         add(path + ".velocity",
             "{}.velocity: it leads {:.6g} m away from the orbit's reference point within the run; velocities are "
             "relative to the orbit, and its field is linear and holds within {:.6g} m",
-            path, way, most);
+            path, travel, limit);
       }
     };
     check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());

@@ -24,16 +24,16 @@ std::uint64_t hash_of(std::uint64_t k) {
   return k ^ (k >> 31);
 }
 
-// The `most` rows whose k has the smallest hash.
-std::vector<std::size_t> least_hashed(std::vector<std::size_t> rows, const std::vector<std::uint64_t>& index,
-                                      std::size_t most) {
-  if (rows.size() <= most) return rows;
+// The `max_rows` rows whose k has the smallest hash.
+std::vector<std::size_t> lowest_hashed(std::vector<std::size_t> rows, const std::vector<std::uint64_t>& index,
+                                       std::size_t max_rows) {
+  if (rows.size() <= max_rows) return rows;
   const auto less = [&](std::size_t a, std::size_t b) {
     const std::uint64_t x = hash_of(index[a]), y = hash_of(index[b]);
     return x != y ? x < y : a < b;
   };
-  std::nth_element(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(most), rows.end(), less);
-  rows.resize(most);
+  std::nth_element(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(max_rows), rows.end(), less);
+  rows.resize(max_rows);
   return rows;
 }
 
@@ -79,12 +79,12 @@ std::vector<std::pair<std::size_t, bool>> sampled_rows(const std::vector<std::ui
   std::vector<std::size_t> without;
   for (const std::size_t row : all)
     if (row < success.size() && success[row] == 0) without.push_back(row);
-  const std::vector<std::size_t> even = least_hashed(std::move(all), index, query.most);
+  const std::vector<std::size_t> even = lowest_hashed(std::move(all), index, query.max_rows);
   std::set<std::size_t> added;
-  for (const std::size_t row : least_hashed(std::move(without), index, query.most_without_success)) added.insert(row);
-  const std::set<std::uint64_t> asked(query.cases.begin(), query.cases.end());
+  for (const std::size_t row : lowest_hashed(std::move(without), index, query.max_without_success)) added.insert(row);
+  const std::set<std::uint64_t> requested(query.cases.begin(), query.cases.end());
   for (std::size_t row = 0; row < index.size(); ++row)
-    if (asked.contains(index[row])) added.insert(row);
+    if (requested.contains(index[row])) added.insert(row);
   std::vector<std::pair<std::size_t, bool>> picked;
   for (const std::size_t row : even) {
     picked.emplace_back(row, true);
@@ -124,8 +124,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostRows = 5000;           // limit of distinguishable points in a chart
-constexpr std::size_t kMostSampled = 1'000'000;   // of the sample: about 5 MB
+constexpr std::size_t kMaxRows = 5000;            // limit of distinguishable points in a chart
+constexpr std::size_t kMaxSampled = 1'000'000;    // of the sample: about 5 MB
 constexpr std::size_t kLargestJson = 50'000'000;  // [bytes]
 
 std::vector<std::string> names_of(const Json& list, const fs::path& path, const std::string& key) {
@@ -212,7 +212,7 @@ CampaignQuery query_of(const Json& statistics, const fs::path& path, const std::
   query.cases = named_cases(statistics);
   query.cases.insert(query.cases.end(), saved.begin(), saved.end());
   const std::size_t width = query.design.size() + query.inputs.size() + query.columns.size() + 2;
-  query.most = std::clamp<std::size_t>(kMostSampled / width, 200, kMostRows);
+  query.max_rows = std::clamp<std::size_t>(kMaxSampled / width, 200, kMaxRows);
   return query;
 }
 

@@ -23,8 +23,8 @@ struct CampaignQuery {
   std::string sha256;                                // of the campaign; empty: any
   std::vector<std::string> design, inputs, columns;  // names
   std::vector<std::uint64_t> cases;                  // included if they are in the table
-  std::size_t most = 5000;                           // rows of the even sample
-  std::size_t most_without_success = 500;            // added to it, if there are more
+  std::size_t max_rows = 5000;                       // rows of the even sample
+  std::size_t max_without_success = 500;             // added to it, if there are more
 };
 
 struct CampaignRows {
@@ -38,9 +38,9 @@ struct CampaignRows {
 };
 
 /// Reads table.h5 one dataset at a time: memory grows by 20 bytes per row of the file. From a table with more than
-/// `query.most` rows the rows with the smallest hash of k are selected: an even sample, independent of patterns in the
-/// order of the cases (every n-th point of a Sobol sequence is not an even sample), and identical for the same table.
-/// The rows of `query.cases` and some without success are added.
+/// `query.max_rows` rows the rows with the smallest hash of k are selected: an even sample, independent of patterns in
+/// the order of the cases (every n-th point of a Sobol sequence is not an even sample), and identical for the same
+/// table. The rows of `query.cases` and some without success are added.
 /// @throws std::runtime_error naming path and error: missing, damaged, of another campaign.
 CampaignRows read_campaign_rows(const std::filesystem::path& path, const CampaignQuery& query);
 

@@ -11,26 +11,26 @@ namespace grapnel {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kRodRadius = 0.035;  // of a rod's length
-constexpr double kLeastRod = 1e-6;    // [m]
-constexpr double kPointMass = 0.05;   // [m] radius of a point mass
-constexpr double kThinnest = 0.02;    // minimum thickness relative to the longest edge, for visibility
+constexpr double kRodRadius = 0.035;   // of a rod's length
+constexpr double kShortestRod = 1e-6;  // [m]
+constexpr double kPointMass = 0.05;    // [m] radius of a point mass
+constexpr double kThinnest = 0.02;     // minimum thickness relative to the longest edge, for visibility
 
 // A capsule from a to b in the body's frame.
 SceneShape rod(const Vector3d& a, const Vector3d& b) {
-  const Vector3d way = b - a;
-  const double length = norm(way);
+  const Vector3d difference = b - a;
+  const double length = norm(difference);
   SceneShape shape;
   shape.shape = "capsule";
   shape.size = {kRodRadius * length, length, 0};
-  shape.X_BG = {rotation_between(Vector3d::unit(2), (1 / length) * way), 0.5 * (a + b)};
+  shape.X_BG = {rotation_between(Vector3d::unit(2), (1 / length) * difference), 0.5 * (a + b)};
   return shape;
 }
 
 std::vector<SceneShape> rods_of(const Scene& scene, const SceneBody& body) {
   std::vector<SceneShape> rods;
   const auto lead_to = [&](const Vector3d& p) {
-    if (norm(p) > kLeastRod) rods.push_back(rod(Vector3d::zero(), p));
+    if (norm(p) > kShortestRod) rods.push_back(rod(Vector3d::zero(), p));
   };
   for (const SceneBody& other : scene.bodies) {
     if (other.kind == "link" && other.parent == body.name && other.joint) lead_to(other.joint->X_PF.p);

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostDistributions = 6, kMostCriteria = 20;
+constexpr std::size_t kMaxDistributions = 6, kMaxCriteria = 20;
 
 struct CampaignSource {
   std::filesystem::path folder, path;
@@ -65,7 +65,7 @@ std::vector<Share> shares_of(const CampaignSource& source) {
     throw std::runtime_error(source.path.string() + ": key 'success' is missing");
   add("success", source.statistics["success"]);
   for (const Json& criterion : list_of(source.statistics, "criteria", source.path)) {
-    if (shares.size() > kMostCriteria) break;
+    if (shares.size() > kMaxCriteria) break;
     add(text_of(criterion, "name", source.path, "criteria"), criterion);
   }
   return shares;
@@ -141,7 +141,7 @@ std::vector<std::string> distributions_shown(const CampaignSource& source, const
     shown.push_back(name);
   }
   const auto add = [&](const std::string& name) {
-    if (shown.size() < kMostDistributions && varying.contains(name) &&
+    if (shown.size() < kMaxDistributions && varying.contains(name) &&
         std::find(shown.begin(), shown.end(), name) == shown.end())
       shown.push_back(name);
   };
@@ -157,7 +157,7 @@ std::vector<std::string> distributions_shown(const CampaignSource& source, const
 CampaignRows rows_with(const CampaignSource& source, const std::vector<std::string>& names) {
   CampaignQuery query;
   query.sha256 = source.metadata.scenario_sha256;
-  query.most_without_success = 0;
+  query.max_without_success = 0;
   std::set<std::string> inputs;
   for (const Json& entry : list_of(source.statistics, "inputs", source.path))
     inputs.insert(text_of(entry, "name", source.path, "inputs"));

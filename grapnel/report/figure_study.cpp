@@ -13,7 +13,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kMostLines = 12, kMostPanels = 6;
+constexpr std::size_t kMaxLines = 12, kMaxPanels = 6;
 constexpr const char* kLogarithmicX = "set logscale x";
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
@@ -65,7 +65,7 @@ std::vector<const StudyColumn*> columns_shown(const StudySource& study, const Fi
   if (!shown.empty()) return shown;
   for (const StudyColumn& column : study.columns) {
     const std::string tail = "/impulse_magnitude";
-    if (shown.size() < kMostPanels && column.name.compare(0, 7, "grasps/") == 0 && column.name.size() > tail.size() &&
+    if (shown.size() < kMaxPanels && column.name.compare(0, 7, "grasps/") == 0 && column.name.size() > tail.size() &&
         column.name.find("/angular_") == std::string::npos &&
         column.name.compare(column.name.size() - tail.size(), tail.size(), tail) == 0)
       shown.push_back(&column);
@@ -285,7 +285,7 @@ Figure study_figure(const StudySource& study, const FigureRequest& request) {
   if (request.heat_map && !two_numeric)
     throw std::runtime_error("a heat map needs two axes of numbers with several values each");
   const std::size_t lines = choice.lines == kNone ? 1 : values_of(study.axes[choice.lines]).size();
-  if (request.heat_map || (two_numeric && lines > kMostLines)) {
+  if (request.heat_map || (two_numeric && lines > kMaxLines)) {
     heat_panels(study, choice, shown, figure);
   } else {
     line_panels(study, choice, shown, figure);

@@ -114,8 +114,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kMarkColor = "#222222";
-constexpr double kMarkRadius = 0.06;  // of a grasp point's mark, of its distance from the target's origin
-constexpr double kLeastMark = 0.01;   // [m]
+constexpr double kMarkRadius = 0.06;    // of a grasp point's mark, of its distance from the target's origin
+constexpr double kSmallestMark = 0.01;  // [m]
 
 // --- Motion ---
 
@@ -160,7 +160,7 @@ struct Keyframes {
 
 Keyframes keyframes_of(const TimeSeries& motion) {
   Keyframes frames;
-  frames.samples = decimate(motion, kMostKeyframes).kept;
+  frames.samples = decimate(motion, kMaxKeyframes).retained;
   for (const std::size_t i : frames.samples) {
     float time = static_cast<float>(motion.time[i]);
     if (!frames.times.empty() && time <= frames.times.back())
@@ -197,13 +197,13 @@ double distance(const Numbers& a, const Numbers& b) {
 }
 
 // The largest errors between keyframes: position [m] and angle [rad].
-std::array<double, 2> deviations(const TimeSeries& motion, const std::vector<std::size_t>& kept) {
+std::array<double, 2> deviations(const TimeSeries& motion, const std::vector<std::size_t>& retained) {
   std::array<double, 2> largest{0, 0};
   for (std::size_t s = 0; s < motion.series.size(); ++s) {
     const Series& series = motion.series[s];
     const bool turns = series.components.size() == 4;
-    for (std::size_t k = 1; k < kept.size(); ++k) {
-      const std::size_t from = kept[k - 1], to = kept[k];
+    for (std::size_t k = 1; k < retained.size(); ++k) {
+      const std::size_t from = retained[k - 1], to = retained[k];
       const Numbers a = row(series, from), b = row(series, to);
       for (std::size_t i = from + 1; i < to; ++i) {
         const double share = (motion.time[i] - motion.time[from]) / (motion.time[to] - motion.time[from]);
@@ -282,7 +282,7 @@ int add_mesh(GltfFile& file, const Scene& scene, std::size_t body, int arm, Mate
     if (it.kind != "target" || point.target != it.name) continue;
     SceneShape mark;
     mark.shape = "sphere";
-    mark.size = {std::max(kMarkRadius * norm(point.position), kLeastMark), 0, 0};
+    mark.size = {std::max(kMarkRadius * norm(point.position), kSmallestMark), 0, 0};
     mark.X_BG.p = point.position;
     marks.push_back(triangles_of(scene, mark, 16));
   }

@@ -39,7 +39,7 @@ class GltfFile {
 };
 
 /// Target number of keyframes for decimate().
-inline constexpr std::size_t kMostKeyframes = 2000;
+inline constexpr std::size_t kMaxKeyframes = 2000;
 
 /// A binary glTF 2.0 file: a root node converts z-up to glTF's y-up; below it a node per body (base, links, targets),
 /// named as in the scenario, with its shape as a mesh and its pose in W as keyframes. Grasp points are marked on

@@ -49,12 +49,12 @@ ResultKind kind_of_results(const fs::path& folder) {
     throw std::runtime_error(
         fmt::format("{}: {}", folder.string(), fs::exists(folder, error) ? "not a folder" : "no such folder"));
   std::vector<const Mark*> found;
-  std::string looked_for;
+  std::string expected;
   for (const Mark& mark : kMarks) {
-    looked_for += fmt::format("{}{} (of {})", looked_for.empty() ? "" : ", ", mark.file, mark.of);
+    expected += fmt::format("{}{} (of {})", expected.empty() ? "" : ", ", mark.file, mark.of);
     if (fs::exists(folder / mark.file)) found.push_back(&mark);
   }
-  if (found.empty()) throw std::runtime_error(fmt::format("{}: no results: expected {}", folder.string(), looked_for));
+  if (found.empty()) throw std::runtime_error(fmt::format("{}: no results: expected {}", folder.string(), expected));
   if (found.size() > 1)
     throw std::runtime_error(fmt::format("{}: results of several kinds, {} (of {}) and {} (of {}): move one elsewhere",
                                          folder.string(), found[0]->file, found[0]->of, found[1]->file, found[1]->of));

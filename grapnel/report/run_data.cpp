@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kSeriesBytes = 1'500'000;  // in the report, if the bound allows it
-constexpr std::size_t kMostPhases = 256;
+constexpr std::size_t kMaxPhases = 256;
 
 // The capture that a file belongs to.
 struct Origin {
@@ -84,9 +84,9 @@ void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
     const ReadTimeSeries read = read_timeseries(path, kShownBytes);
     const TimeSeries& series = read.series;
     const TimeSeriesMetadata& metadata = read.head.metadata;
-    if (series.phases.size() > kMostPhases)
+    if (series.phases.size() > kMaxPhases)
       throw std::runtime_error(
-          fmt::format("{}: {} phases, more than {}", path.string(), series.phases.size(), kMostPhases));
+          fmt::format("{}: {} phases, more than {}", path.string(), series.phases.size(), kMaxPhases));
     parts.series = packed_series(series);
     if (read.head.every > 1)
       parts.notes.push_back(
@@ -132,31 +132,31 @@ std::vector<To> gathered(const std::vector<From>& values, const std::vector<std:
 
 }  // namespace
 
-Json packed_series(const TimeSeries& series, std::size_t most_bytes) {
+Json packed_series(const TimeSeries& series, std::size_t max_bytes) {
   std::size_t width = 0;
   for (const Series& one : series.series) width += static_cast<std::size_t>(one.width());
   const std::size_t sample_bytes = sizeof(double) + sizeof(std::uint8_t) + sizeof(float) * width;
   const Decimation d = decimate(series, kSeriesBytes * 3 / 4 / sample_bytes);
-  if (d.kept.size() > most_bytes / sample_bytes)
+  if (d.retained.size() > max_bytes / sample_bytes)
     throw std::runtime_error(fmt::format(
         "{} samples of {} numbers exceed the limit of a page, and the tolerance admits no further reduction",
-        d.kept.size(), width));
+        d.retained.size(), width));
   const auto base64 = [](const auto& values) { return base64_of(std::span(values)); };
 
   Json list = Json::array();
   for (const Series& one : series.series) {
-    const bool thinned = shows_peaks(one.path) && d.kept.size() < series.time.size();
+    const bool thinned = shows_peaks(one.path) && d.retained.size() < series.time.size();
     list.push_back({{"path", one.path},
                     {"unit", one.unit},
                     {"description", one.description + (thinned ? "; only the peaks are shown" : "")},
                     {"components", one.components},
-                    {"data", base64(gathered<float>(one.data, d.kept, static_cast<std::size_t>(one.width())))}});
+                    {"data", base64(gathered<float>(one.data, d.retained, static_cast<std::size_t>(one.width())))}});
   }
-  return {{"samples", d.kept.size()},
+  return {{"samples", d.retained.size()},
           {"of", series.time.size()},
           {"bound", d.bound},
-          {"time", base64(gathered<double>(series.time, d.kept, 1))},
-          {"phase", base64(gathered<std::uint8_t>(series.phase, d.kept, 1))},
+          {"time", base64(gathered<double>(series.time, d.retained, 1))},
+          {"phase", base64(gathered<std::uint8_t>(series.phase, d.retained, 1))},
           {"phases", series.phases},
           {"series", std::move(list)}};
 }

@@ -20,11 +20,11 @@ namespace grapnel {
 nlohmann::ordered_json run_data(const std::filesystem::path& folder, const std::string& label);
 
 /// Limit on the size of a time series for browsers.
-inline constexpr std::size_t kMostSeriesBytes = 100'000'000;
+inline constexpr std::size_t kMaxSeriesBytes = 100'000'000;
 
 /// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, or more if decimate() cannot reduce them
-/// further. @throws std::runtime_error above `most_bytes`.
-nlohmann::ordered_json packed_series(const TimeSeries& series, std::size_t most_bytes = kMostSeriesBytes);
+/// further. @throws std::runtime_error above `max_bytes`.
+nlohmann::ordered_json packed_series(const TimeSeries& series, std::size_t max_bytes = kMaxSeriesBytes);
 
 /// A message without the folder of its files: pages do not show the location of results.
 std::string without_folder(std::string text, const std::filesystem::path& folder);

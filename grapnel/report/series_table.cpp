@@ -13,9 +13,9 @@
 namespace grapnel {
 namespace {
 
-constexpr double kMilliseconds = 2;     // [s] shorter spans are shown in milliseconds
-constexpr double kLeastDefect = 1e-18;  // of a logarithmic axis: smaller values are rounding errors
-constexpr double kNoise = 1e-7;         // relative to the largest range of a group: smaller ranges are drawn as zero
+constexpr double kMilliseconds = 2;        // [s] shorter spans are shown in milliseconds
+constexpr double kSmallestDefect = 1e-18;  // of a logarithmic axis: smaller values are rounding errors
+constexpr double kNoise = 1e-7;            // relative to the largest range of a group: smaller ranges are drawn as zero
 
 // The axis of times.
 struct Clock {
@@ -72,7 +72,7 @@ std::pair<double, double> linear_range(const Span& span, double group) {
 void decimal_range(FigurePanel& out, const SeriesPanel& panel, Span span) {
   if (panel.bound > 0) span.add(panel.bound);
   if (span.empty()) span = {1e-16, 1};
-  span.low = std::min(std::max(span.low, kLeastDefect), span.high);
+  span.low = std::min(std::max(span.low, kSmallestDefect), span.high);
   out.y_range = {std::pow(10, std::floor(std::log10(span.low) - 0.2)),
                  std::pow(10, std::ceil(std::log10(span.high) + 0.2))};
   out.settings.push_back("set logscale y; set format y '10^{%L}'");
@@ -308,7 +308,7 @@ std::vector<Stretch> equal_stretches(const std::vector<double>& time) {
   return stretches;
 }
 
-// Samples that are always kept.
+// Samples that are always retained.
 std::vector<std::size_t> samples_that_matter(const TimeSeries& series) {
   const std::size_t n = series.time.size();
   std::vector<bool> marked(n, false);
@@ -425,29 +425,30 @@ std::vector<double> deviations_allowed(const TimeSeries& series, double bound) {
 
 bool shows_peaks(std::string_view path) { return path.starts_with("loops/") && path.ends_with("_defect"); }
 
-std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, double bound, std::size_t at_most) {
+std::optional<std::vector<std::size_t>> retained_samples(const TimeSeries& series, double bound,
+                                                         std::size_t max_samples) {
   if (series.time.empty()) return std::vector<std::size_t>{};
   const std::vector<std::size_t> fixed = samples_that_matter(series);
   Lines lines(series, deviations_allowed(series, bound));
-  std::vector<std::size_t> kept{fixed.front()};
+  std::vector<std::size_t> retained{fixed.front()};
   for (std::size_t k = 1; k < fixed.size(); ++k) {
-    while (kept.back() < fixed[k]) {
-      if (kept.size() >= at_most) return std::nullopt;
-      kept.push_back(lines.reach(kept.back(), fixed[k]));
+    while (retained.back() < fixed[k]) {
+      if (retained.size() >= max_samples) return std::nullopt;
+      retained.push_back(lines.reach(retained.back(), fixed[k]));
     }
   }
-  return kept;
+  return retained;
 }
 
-Decimation decimate(const TimeSeries& series, std::size_t at_most) {
-  const auto finished = [&](std::vector<std::size_t> kept, double bound) {
-    const bool complete = kept.size() == series.time.size();
-    return Decimation{std::move(kept), complete ? 0 : bound};
+Decimation decimate(const TimeSeries& series, std::size_t max_samples) {
+  const auto finished = [&](std::vector<std::size_t> retained, double bound) {
+    const bool complete = retained.size() == series.time.size();
+    return Decimation{std::move(retained), complete ? 0 : bound};
   };
   for (double bound = kFinestBound; bound < kCoarsestBound; bound *= 2) {
-    if (auto kept = kept_samples(series, bound, at_most)) return finished(std::move(*kept), bound);
+    if (auto retained = retained_samples(series, bound, max_samples)) return finished(std::move(*retained), bound);
   }
-  return finished(*kept_samples(series, kCoarsestBound), kCoarsestBound);
+  return finished(*retained_samples(series, kCoarsestBound), kCoarsestBound);
 }
 
 }  // namespace grapnel

@@ -55,30 +55,31 @@ Figure assemble(const RunSource& run, const FigureRequest& request, const std::v
 inline constexpr double kFinestBound = 1e-4;
 inline constexpr double kCoarsestBound = 1e-2;
 
-/// Per series: the largest deviation of omitted samples from straight lines between kept samples, per component, in the
-/// series' unit. `bound` times its range (largest minus smallest value of all components over the run; of quaternions
-/// 1), but at least the rounding error: one unit in the last place of a float of its largest magnitude, and 1e-11
-/// (the ledger's bound for drifts) of the largest magnitude that any series of the same unit has. Infinite for series
-/// of which peaks are kept instead, see shows_peaks().
+/// Per series: the largest deviation of omitted samples from straight lines between retained samples, per component, in
+/// the series' unit. `bound` times its range (largest minus smallest value of all components over the run; of
+/// quaternions 1), but at least the rounding error: one unit in the last place of a float of its largest magnitude, and
+/// 1e-11 (the ledger's bound for drifts) of the largest magnitude that any series of the same unit has. Infinite for
+/// series of which peaks are retained instead, see shows_peaks().
 std::vector<double> deviations_allowed(const TimeSeries& series, double bound);
 
 /// Defects of closed loops: rounding noise shown on a logarithmic axis. No line between fewer samples follows it, so
-/// the largest value of each of 64 equal stretches of the run, and of each phase, is kept.
+/// the largest value of each of 64 equal stretches of the run, and of each phase, is retained.
 bool shows_peaks(std::string_view path);
 
-/// Indices of the kept samples, ascending: the first and the last of each phase, all of equal times, the largest
+/// Indices of the retained samples, ascending: the first and the last of each phase, all of equal times, the largest
 /// grasp forces and moments of each phase, the peaks of shows_peaks(), and as few others as a single pass finds, so
 /// that deviations_allowed(series, bound) holds. Where a component changes to or from NaN or infinity both sides stay.
-/// Empty if there would be more than `at_most`.
-std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, double bound,
-                                                     std::size_t at_most = std::numeric_limits<std::size_t>::max());
+/// Empty if there would be more than `max_samples`.
+std::optional<std::vector<std::size_t>> retained_samples(
+    const TimeSeries& series, double bound, std::size_t max_samples = std::numeric_limits<std::size_t>::max());
 
 struct Decimation {
-  std::vector<std::size_t> kept;
+  std::vector<std::size_t> retained;
   double bound = 0;  // 0: no samples are omitted
 };
 
-/// With the finest bound of 1e-4, 2e-4, 4e-4, ... 1e-2 that keeps at most `at_most` samples; else with the coarsest.
-Decimation decimate(const TimeSeries& series, std::size_t at_most);
+/// With the finest bound of 1e-4, 2e-4, 4e-4, ... 1e-2 that retains at most `max_samples` samples; else with the
+/// coarsest.
+Decimation decimate(const TimeSeries& series, std::size_t max_samples);
 
 }  // namespace grapnel

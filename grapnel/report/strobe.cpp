@@ -168,36 +168,37 @@ void draw_instant(Stage& stage, const std::vector<Actor>& actors, std::size_t sa
 
 // The point between two others with the largest distance from their straight line, if it exceeds `bound`; else the
 // first of the two.
-std::size_t worst_missed(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound) {
+std::size_t farthest_between(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound) {
   const double dx = path[last][0] - path[first][0], dy = path[last][1] - path[first][1], length = std::hypot(dx, dy);
   std::size_t worst = first;
-  double most = bound;
+  double largest = bound;
   for (std::size_t i = first + 1; i < last; ++i) {
     const double x = path[i][0] - path[first][0], y = path[i][1] - path[first][1];
     // A path that reverses leaves its chord in the direction of the chord.
     const double along = length > 0 ? (x * dx + y * dy) / length : 0;
     const double aside = length > 0 ? std::abs(x * dy - y * dx) / length : std::hypot(x, y);
-    const double miss = along < 0 || along > length ? std::min(std::hypot(x, y), std::hypot(x - dx, y - dy)) : aside;
-    if (miss > most) most = miss, worst = i;
+    const double distance =
+        along < 0 || along > length ? std::min(std::hypot(x, y), std::hypot(x - dx, y - dy)) : aside;
+    if (distance > largest) largest = distance, worst = i;
   }
   return worst;
 }
 
-// Points of a path that straight lines between those kept miss by less than `bound` (Douglas and Peucker's way, with a
-// list in place of the recursion, which a long path could make too deep).
+// Points to retain so that straight lines between them deviate from the path by less than `bound` (algorithm of Douglas
+// and Peucker, with a list in place of the recursion, which a long path could make too deep).
 std::vector<bool> corners_of(const std::vector<Point2>& path, double bound) {
-  std::vector<bool> kept(path.size(), false);
-  kept.front() = kept.back() = true;
+  std::vector<bool> retained(path.size(), false);
+  retained.front() = retained.back() = true;
   std::vector<std::pair<std::size_t, std::size_t>> open{{0, path.size() - 1}};
   while (!open.empty()) {
     const auto [first, last] = open.back();
     open.pop_back();
-    const std::size_t worst = worst_missed(path, first, last, bound);
+    const std::size_t worst = farthest_between(path, first, last, bound);
     if (worst == first) continue;
-    kept[worst] = true;
+    retained[worst] = true;
     open.push_back({first, worst}), open.push_back({worst, last});
   }
-  return kept;
+  return retained;
 }
 
 // The path of a point over the samples, without points on straight lines.
@@ -210,11 +211,11 @@ void draw_path(Stage& stage, const std::vector<std::size_t>& samples, const Reco
     around.add(path.back());
   }
   const double bound = kPathBound * std::max({around.size(0), around.size(1), 1e-2});
-  const std::vector<bool> kept = corners_of(path, bound);
+  const std::vector<bool> retained = corners_of(path, bound);
   stage.begin(fmt::format("{}, to {:.2g} m", about, bound),
               fmt::format("using 1:2 with lines lc rgb '{}' dt (5,3) lw 0.8", color));
   for (std::size_t i = 0; i < path.size(); ++i) {
-    if (kept[i]) stage.point(path[i]);
+    if (retained[i]) stage.point(path[i]);
   }
 }
 

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostNumbers = 5'000'000;  // about 50 MB
+constexpr std::size_t kMaxNumbers = 5'000'000;  // about 50 MB
 
 // Nine digits are sufficient for plots; the table beside the report has all. JSON has no NaN.
 Json shown_number(double value) {
@@ -87,7 +87,7 @@ std::string seen_from_results(const fs::path& document, const std::string& name)
 }
 
 Json sweep_data(const fs::path& folder) {
-  StudySource study = read_study_source(folder, kMostNumbers);
+  StudySource study = read_study_source(folder, kMaxNumbers);
   Json values = Json::array();
   for (const StudyColumn& column : study.columns) values.push_back(shown_numbers(column.values));
   const std::string command = point_command(study.settings, folder);
@@ -131,7 +131,7 @@ Json optimization_data(const fs::path& folder) {
     search.push_back(fields[1]);
     status.push_back(fields[status_at]);
     reason.push_back(fields[status_at + 1]);
-    expect_size(status.size(), columns.size(), kMostNumbers, folder / "evaluations.csv");
+    expect_size(status.size(), columns.size(), kMaxNumbers, folder / "evaluations.csv");
     std::size_t column = 0;
     for (std::size_t f = 0; f < fields.size(); ++f) {
       if (f != 1 && f != status_at && f != status_at + 1)
@@ -261,7 +261,7 @@ void read_table(StudySource& study, const std::vector<std::size_t>& sizes) {
 
 }  // namespace
 
-StudySource read_study_source(const fs::path& folder, std::size_t most_numbers) {
+StudySource read_study_source(const fs::path& folder, std::size_t max_numbers) {
   const fs::path path = folder / "study.json";
   StudySource study;
   study.folder = folder;
@@ -278,7 +278,7 @@ StudySource read_study_source(const fs::path& folder, std::size_t most_numbers) 
   }
   study.columns = described_columns(settings, "columns", path);
   study.points = points_of(settings, points, path);
-  expect_size(study.points, study.axes.size() + study.columns.size() + 1, most_numbers, folder / "table.csv");
+  expect_size(study.points, study.axes.size() + study.columns.size() + 1, max_numbers, folder / "table.csv");
   read_table(study, sizes);
   return study;
 }

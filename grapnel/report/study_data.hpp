@@ -96,9 +96,9 @@ struct StudySource {
 };
 
 /// Reads study.json and table.csv, which must be of one study. @throws std::runtime_error naming file and fault,
-/// TooLarge before more than `most_numbers` would be read.
+/// TooLarge before more than `max_numbers` would be read.
 StudySource read_study_source(const std::filesystem::path& folder,
-                              std::size_t most_numbers = std::numeric_limits<std::size_t>::max());
+                              std::size_t max_numbers = std::numeric_limits<std::size_t>::max());
 
 /// "name [unit]" for readers: without a unit where it is 1.
 std::string column_label(const StudyColumn& column);

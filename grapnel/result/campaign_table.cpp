@@ -65,7 +65,7 @@ herr_t visit_dataset(hid_t, const char* name, const H5O_info_t* info, void* data
 }
 
 // The question of the parent, and the number type of the answer (memory_type()).
-enum class Ask : char { heads = 'h', numbers = 'n', texts = 't' };
+enum class Query : char { heads = 'h', numbers = 'n', texts = 't' };
 
 template <class Number>
 constexpr char letter_of() {
@@ -94,9 +94,9 @@ void send_heads(ToParent& parent, const std::vector<CampaignTable::Head>& heads)
 }
 
 std::vector<CampaignTable::Head> take_heads(FromChild& child) {
-  constexpr std::uint64_t kMost = 1 << 20;
+  constexpr std::uint64_t kMaxColumns = 1 << 20;
   const std::uint64_t count = child.count();
-  if (count > kMost) throw std::runtime_error("damaged: implausible number of columns");
+  if (count > kMaxColumns) throw std::runtime_error("damaged: implausible number of columns");
   std::vector<CampaignTable::Head> heads;
   for (std::uint64_t i = 0; i < count; ++i) {
     CampaignTable::Head head;
@@ -150,16 +150,16 @@ struct OpenTable {
 
   void answer(const std::string& bytes_of_question, ToParent& parent) const {
     Question question(bytes_of_question);
-    switch (static_cast<Ask>(question.letter())) {
-      case Ask::heads:
+    switch (static_cast<Query>(question.letter())) {
+      case Query::heads:
         parent.text(sha256);
         parent.texts(status_names);
         parent.count(rows);
         for (const auto* heads : {&design, &inputs, &columns}) send_heads(parent, *heads);
         return;
-      case Ask::numbers:
+      case Query::numbers:
         return send_numbers(question, parent);
-      case Ask::texts: {
+      case Query::texts: {
         std::vector<hsize_t> places;
         while (!question.is_at_end()) places.push_back(question.number());
         return parent.texts(texts("reasons", places));
@@ -279,9 +279,9 @@ struct CampaignTable::File {
   }
 
   /// All failures become one error that names the file.
-  void ask(const std::string& question, const std::function<void(FromChild&)>& take) const {
+  void query(const std::string& question, const std::function<void(FromChild&)>& take) const {
     try {
-      child->ask(question, take);
+      child->query(question, take);
     } catch (const std::exception& e) {
       throw fault(e.what());
     }
@@ -302,7 +302,7 @@ struct CampaignTable::File {
     } catch (const std::exception& e) {
       throw fault(e.what());
     }
-    ask({static_cast<char>(Ask::heads)}, [this](FromChild& from) {
+    query({static_cast<char>(Query::heads)}, [this](FromChild& from) {
       sha256 = from.text();
       status_names = from.texts();
       rows = from.count();
@@ -312,10 +312,10 @@ struct CampaignTable::File {
 
   template <class Number>
   std::vector<Number> numbers(const std::string& name, std::uint64_t first, std::uint64_t count) const {
-    const std::string question = std::string{static_cast<char>(Ask::numbers), letter_of<Number>()} +
+    const std::string question = std::string{static_cast<char>(Query::numbers), letter_of<Number>()} +
                                  number_bytes(first) + number_bytes(count) + name;
     std::vector<Number> values;
-    ask(question, [&](FromChild& from) {
+    query(question, [&](FromChild& from) {
       values = from.numbers<Number>();
       if (values.size() != count) throw std::runtime_error("damaged: '" + name + "' has another length than 'k'");
     });
@@ -360,13 +360,13 @@ std::vector<std::uint8_t> CampaignTable::success() const { return file_->all<std
 std::vector<std::int32_t> CampaignTable::reasons() const { return file_->all<std::int32_t>("reason"); }
 
 std::vector<std::string> CampaignTable::reason_texts(const std::vector<std::int32_t>& numbers) const {
-  std::string question{static_cast<char>(Ask::texts)};
+  std::string question{static_cast<char>(Query::texts)};
   for (const std::int32_t number : numbers) {
     if (number < 0) throw fault("damaged: 'reason' has a negative number");
     question += number_bytes(static_cast<std::uint64_t>(number));
   }
   std::vector<std::string> texts;
-  file_->ask(question, [&](FromChild& from) {
+  file_->query(question, [&](FromChild& from) {
     texts = from.texts();
     if (texts.size() != numbers.size()) throw std::runtime_error("damaged: texts of reasons are missing");
   });

@@ -70,7 +70,7 @@ struct PlannedPath {
   std::optional<double> clearance;
   std::string body_a, body_b;
   double clearance_time = 0;
-  bool attitude_kept = false;
+  bool attitude_held = false;
   double base_turn = 0;
   std::vector<WheelShare> wheels;
 };
@@ -112,7 +112,7 @@ struct PlanReport {
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;
   std::optional<StraightInReport> straight_in;
-  std::optional<PlannedPath> way;
+  std::optional<PlannedPath> path;
   std::optional<WindowReport> window;
 };
 
@@ -284,7 +284,7 @@ struct CompliantReport {
 struct EffectiveMass {
   std::string end_effector;
   std::string target;
-  double hand = 0;                 // without control, joints free [kg]
+  double of_end_effector = 0;      // without control, joints free [kg]
   std::optional<double> apparent;  // under the impedance law with sensed contact forces [kg]
   double of_target = 0;            // [kg]
   double restitution = 0;  // coefficient e of the contact between such masses, springs and dampers of the law at rest
@@ -561,7 +561,7 @@ struct DetumblingReport {
 };
 
 /// A base whose attitude the joints control.
-struct BaseKeepingReport {
+struct BaseHoldReport {
   double begin = 0;
   double end = 0;
   LawEnd ended = LawEnd::running;
@@ -718,9 +718,9 @@ struct DumpingReport {
 /// The thrusters of a run.
 struct ThrustersReport {
   std::vector<ThrusterReport> each;
-  double propellant = 0;                                      // used [kg]
-  double at_hand = std::numeric_limits<double>::quiet_NaN();  // [kg]; NaN: not given
-  double excess() const { return propellant > at_hand ? propellant - at_hand : 0; }
+  double propellant = 0;                                        // used [kg]
+  double available = std::numeric_limits<double>::quiet_NaN();  // [kg]; NaN: not given
+  double excess() const { return propellant > available ? propellant - available : 0; }
   std::optional<DumpingReport> dumping;
   std::vector<PlumeHazard> hazards;
 };
@@ -782,7 +782,7 @@ struct CaptureResult {
   std::vector<MotionPhaseReport> phases;               // completed phases after the impact, or of motion alone
   std::optional<PhaseEnd> post_impact_end;             // of the last of them
   std::optional<DetumblingReport> detumbling;          // in it
-  std::optional<BaseKeepingReport> base_keeping;       // in it
+  std::optional<BaseHoldReport> base_keeping;          // in it
   std::optional<ImpedanceReport> approach_impedance;   // in the approach
   std::optional<ImpedanceReport> impedance;            // after the impact
   std::optional<GraspForceReport> grasp_force;         // likewise

@@ -323,7 +323,7 @@ void QueriedChild::end() {
   const Ended ended{child_, answers_};
 }
 
-void QueriedChild::ask(const std::string& question, const std::function<void(FromChild&)>& take) {
+void QueriedChild::query(const std::string& question, const std::function<void(FromChild&)>& take) {
   const std::lock_guard lock(mutex_);
   if (!failure_.empty()) throw std::runtime_error(failure_);
   try {

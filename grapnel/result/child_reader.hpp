@@ -103,7 +103,7 @@ class QueriedChild {
   QueriedChild& operator=(const QueriedChild&) = delete;
 
   /// Sends a question and runs `take` on the answer. After a failure all later questions fail with the same error.
-  void ask(const std::string& question, const std::function<void(FromChild&)>& take);
+  void query(const std::string& question, const std::function<void(FromChild&)>& take);
 
  private:
   void end();

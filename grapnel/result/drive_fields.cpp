@@ -255,8 +255,8 @@ const Type& type_of<GraspForceReport>() {
 }
 
 template <>
-const Type& type_of<BaseKeepingReport>() {
-  using B = BaseKeepingReport;
+const Type& type_of<BaseHoldReport>() {
+  using B = BaseHoldReport;
   static constexpr Field fields[] = {
       field<&B::begin>("begin", "s", "start of the control law"),
       field<&B::end>("end", "s", "end of the control law; afterwards the joints hold"),
@@ -282,7 +282,7 @@ const Type& type_of<BaseKeepingReport>() {
                                  "joint rates to the base's rotation"),
       field<&B::least_condition_time>("least_condition_time", "s", "time of that minimum"),
   };
-  static constexpr Type type = structure<B>("BaseKeepingReport", "a base whose attitude the joints control.", fields);
+  static constexpr Type type = structure<B>("BaseHoldReport", "a base whose attitude the joints control.", fields);
   return type;
 }
 
@@ -508,7 +508,7 @@ const Type& type_of<ThrustersReport>() {
   static constexpr Field fields[] = {
       field<&T::each>("each", "thrusters in the robot's order"),
       field<&T::propellant>("propellant", "kg", "propellant used by all thrusters"),
-      field<&T::at_hand>("at_hand", "kg", "available propellant of the robot file; null: not given").or_null(),
+      field<&T::available>("available", "kg", "available propellant of the robot file; null: not given").or_null(),
       derived<[](const T& t) { return t.excess(); }>("excess", "kg",
                                                      "propellant used beyond the available mass; 0: none"),
       derived<[](const T& t) { return t.dumping; }>("dumping", "",

@@ -105,8 +105,8 @@ std::vector<std::string> read_strings_attribute(const Handle& object, const char
   }
   const Handle space(H5Aget_space(attribute.id()), H5Sclose, what);
   const hssize_t count = H5Sget_simple_extent_npoints(space.id());
-  constexpr hssize_t kMost = 1 << 16;  // attributes hold at most 64 KiB
-  if (count < 0 || count > kMost) throw std::runtime_error(what + " has an implausible size");
+  constexpr hssize_t kMaxBytes = 1 << 16;  // attributes hold at most 64 KiB
+  if (count < 0 || count > kMaxBytes) throw std::runtime_error(what + " has an implausible size");
   const Handle type = string_type(H5Tget_cset(stored.id()) == H5T_CSET_ASCII);
   StringBuffer buffer{type, space, std::vector<char*>(static_cast<std::size_t>(count), nullptr)};
   if (count > 0) check(H5Aread(attribute.id(), type.id(), buffer.strings.data()), what);
@@ -249,8 +249,8 @@ Handle created(const Handle& file, const std::string& group, std::string name, h
   const std::string folder = group.empty() ? "" : group + "/";
   hid_t id = create(file, folder + name, type, shape);
   if (id < 0) std::replace(name.begin(), name.end(), '/', '.');
-  constexpr int kMostTries = 4;
-  for (int i = 0; i < kMostTries && id < 0; ++i) {
+  constexpr int kMaxTries = 4;
+  for (int i = 0; i < kMaxTries && id < 0; ++i) {
     id = create(file, folder + name, type, shape);
     name += "_";
   }

@@ -171,8 +171,8 @@ void collect(const Source& source, const Handle& group, const std::string& prefi
 }
 
 /// Selects the samples to send: every `every`-th, and the first and the last of each phase.
-std::vector<std::size_t> kept(const std::vector<int>& phase, std::uint64_t begin, std::uint64_t end,
-                              std::uint64_t every) {
+std::vector<std::size_t> selected_samples(const std::vector<int>& phase, std::uint64_t begin, std::uint64_t end,
+                                          std::uint64_t every) {
   std::vector<std::size_t> which;
   for (std::uint64_t i = begin; i < end; ++i) {
     const bool first = i == 0 || phase[i] != phase[i - 1], last = i + 1 == phase.size() || phase[i] != phase[i + 1];
@@ -225,7 +225,7 @@ Opened open_series(const Source& source) {
   return o;
 }
 
-void send_series(const fs::path& path, std::uint64_t most_bytes, ToParent& parent) {
+void send_series(const fs::path& path, std::uint64_t max_bytes, ToParent& parent) {
   const Source source = open(path);
   const Opened o = open_series(source);
   send_metadata(parent, source);
@@ -237,14 +237,14 @@ void send_series(const fs::path& path, std::uint64_t most_bytes, ToParent& paren
     parent.text(one.series.description);
     parent.texts(one.series.components);
   }
-  const std::uint64_t most_rows = std::max<std::uint64_t>(most_bytes / o.row_bytes, 1);
-  const std::uint64_t every = o.samples <= most_rows ? 1 : (o.samples + most_rows - 1) / most_rows;
+  const std::uint64_t max_rows = std::max<std::uint64_t>(max_bytes / o.row_bytes, 1);
+  const std::uint64_t every = o.samples <= max_rows ? 1 : (o.samples + max_rows - 1) / max_rows;
   parent.count(o.samples);
   parent.count(every);
   const hsize_t at_once = std::max<hsize_t>(kBlockBytes / o.row_bytes, 1);
   for (hsize_t begin = 0; begin < o.samples; begin += at_once) {
     const hsize_t count = std::min(at_once, o.samples - begin);
-    const std::vector<std::size_t> which = kept(o.phases, begin, begin + count, every);
+    const std::vector<std::size_t> which = selected_samples(o.phases, begin, begin + count, every);
     send_rows(parent, rows<double>(o.time, H5T_NATIVE_DOUBLE, begin, count, 1, "time"), 1, which);
     send_rows(parent,
               std::vector<int>(o.phases.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -261,7 +261,7 @@ void send_series(const fs::path& path, std::uint64_t most_bytes, ToParent& paren
 // --- Here: what comes from the child
 // -----------------------------------------------------------------------------------
 
-constexpr std::uint64_t kMostSeries = 1 << 20;
+constexpr std::uint64_t kMaxSeries = 1 << 20;
 
 TimeSeriesMetadata take_metadata(FromChild& child) {
   TimeSeriesMetadata metadata;
@@ -276,7 +276,7 @@ TimeSeriesHead take_head(FromChild& child) {
   head.metadata = take_metadata(child);
   head.names.phases = child.texts();
   const std::uint64_t count = child.count();
-  if (count > kMostSeries) throw std::runtime_error("damaged: implausible number of series");
+  if (count > kMaxSeries) throw std::runtime_error("damaged: implausible number of series");
   for (std::uint64_t i = 0; i < count; ++i) {
     Series s;
     s.path = child.text();
@@ -326,11 +326,11 @@ void reading(const fs::path& path, const std::function<void(ToParent&)>& send,
 
 }  // namespace
 
-void read_timeseries_blocks(const fs::path& path, std::uint64_t most_bytes,
+void read_timeseries_blocks(const fs::path& path, std::uint64_t max_bytes,
                             const std::function<void(const TimeSeriesHead&)>& begin,
                             const std::function<void(const TimeSeries&)>& take) {
   reading(
-      path, [&](ToParent& parent) { send_series(path, most_bytes, parent); },
+      path, [&](ToParent& parent) { send_series(path, max_bytes, parent); },
       [&](FromChild& child) {
         const TimeSeriesHead head = take_head(child);
         begin(head);
@@ -338,10 +338,10 @@ void read_timeseries_blocks(const fs::path& path, std::uint64_t most_bytes,
       });
 }
 
-ReadTimeSeries read_timeseries(const fs::path& path, std::uint64_t most_bytes) {
+ReadTimeSeries read_timeseries(const fs::path& path, std::uint64_t max_bytes) {
   ReadTimeSeries all;
   read_timeseries_blocks(
-      path, most_bytes,
+      path, max_bytes,
       [&](const TimeSeriesHead& head) {
         all.head = head;
         all.series = head.names;

@@ -23,21 +23,21 @@ struct TimeSeriesHead {
 };
 
 /// Reads a file block by block, so that memory does not grow with its samples: `begin` first, then `take` in order.
-/// If the numbers need more than `most_bytes`, samples are omitted (TimeSeriesHead::every). Throws std::runtime_error
+/// If the numbers need more than `max_bytes`, samples are omitted (TimeSeriesHead::every). Throws std::runtime_error
 /// naming the path and the error: missing, not HDF5, truncated, damaged, another schema, inconsistent sizes. Calls of
 /// several threads are serialized.
-void read_timeseries_blocks(const std::filesystem::path& path, std::uint64_t most_bytes,
+void read_timeseries_blocks(const std::filesystem::path& path, std::uint64_t max_bytes,
                             const std::function<void(const TimeSeriesHead&)>& begin,
                             const std::function<void(const TimeSeries& block)>& take);
 
-/// Reads the whole file into at most about `most_bytes`: the series and the head, whose `every` states whether samples
+/// Reads the whole file into at most about `max_bytes`: the series and the head, whose `every` states whether samples
 /// are omitted.
 struct ReadTimeSeries {
   TimeSeriesHead head;
   TimeSeries series;
 };
 ReadTimeSeries read_timeseries(const std::filesystem::path& path,
-                               std::uint64_t most_bytes = std::numeric_limits<std::uint64_t>::max());
+                               std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
 /// Memory limit for a page or a figure, sufficient for more samples than they can show.
 inline constexpr std::uint64_t kShownBytes = 512'000'000;

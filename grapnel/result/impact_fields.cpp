@@ -353,8 +353,9 @@ const Type& type_of<EffectiveMass>() {
   static constexpr Field fields[] = {
       field<&E::end_effector>("end_effector", "end-effector of the contact"),
       field<&E::target>("target", "target of the contact"),
-      field<&E::hand>("hand", "kg",
-                      "effective mass of the end-effector along the contact's normal, without control, joints free"),
+      field<&E::of_end_effector>(
+          "of_end_effector", "kg",
+          "effective mass of the end-effector along the contact's normal, without control, joints free"),
       field<&E::apparent>("apparent", "kg",
                           "apparent mass of the end-effector under the impedance law; null: no impedance law with a "
                           "force sensor is active")

@@ -44,14 +44,14 @@ std::string file_bytes(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, std::generic_category().message(errno));
   // Reads large blocks to the end, because the file may change its size during reading.
-  constexpr std::size_t kPiece = std::size_t{1} << 16;
+  constexpr std::size_t kChunk = std::size_t{1} << 16;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   std::string bytes;
   std::size_t read = 0;
   if (!error) bytes.resize(static_cast<std::size_t>(size) + 1);
   try {
     for (;;) {
-      if (bytes.size() <= read) bytes.resize(read + kPiece);
+      if (bytes.size() <= read) bytes.resize(read + kChunk);
       stream.read(bytes.data() + read, static_cast<std::streamsize>(bytes.size() - read));
       read += static_cast<std::size_t>(stream.gcount());
       if (stream.eof()) break;

@@ -192,7 +192,7 @@ const Type& type_of<PlannedPath>() {
       field<&P::body_a>("body_a", "first body of the closest pair"),
       field<&P::body_b>("body_b", "second body of the closest pair"),
       field<&P::clearance_time>("clearance_time", "s", "time of the minimum clearance"),
-      field<&P::attitude_kept>("attitude_kept",
+      field<&P::attitude_held>("attitude_held",
                                "whether the trajectory is planned for a base that keeps its attitude exactly, as "
                                "assumed under attitude control"),
       field<&P::base_turn>("base_turn", "rad",
@@ -272,7 +272,7 @@ const Type& type_of<PlanReport>() {
           .when<searched>()
           .or_null(),
       field<&P::straight_in>("straight_in", "the final straight approach, if the scenario requests one"),
-      field<&P::way>("way", "properties of the last planned segment, if the trajectory was evaluated"),
+      field<&P::path>("path", "properties of the last planned segment, if the trajectory was evaluated"),
       field<&P::window>("window", "evaluated capture times, if the scenario gives a window"),
   };
   static constexpr Type type =

@@ -107,7 +107,7 @@ const Type& type_of<RestReport>();
 template <>
 const Type& type_of<StopImpact>();
 template <>
-const Type& type_of<BaseKeepingReport>();
+const Type& type_of<BaseHoldReport>();
 template <>
 const Type& type_of<ImpedanceReport>();
 template <>

@@ -128,21 +128,21 @@ std::string plan_lines(const PlanReport& plan) {
     }
     text += paragraph("objective: " + terms, "  ");
   }
-  if (!plan.way) return text;
-  const PlannedPath& way = *plan.way;
-  std::string parts = fmt::format("trajectory with {} knots: ", way.knots);
-  if (way.clearance) {
-    parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a,
-                         way.body_b, short_number(way.clearance_time));
+  if (!plan.path) return text;
+  const PlannedPath& path = *plan.path;
+  std::string parts = fmt::format("trajectory with {} knots: ", path.knots);
+  if (path.clearance) {
+    parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*path.clearance), path.body_a,
+                         path.body_b, short_number(path.clearance_time));
   }
-  parts += way.attitude_kept ? "assumes that the base keeps its attitude exactly"
-                             : fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
-  if (way.position_margin)
-    parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
-  if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of their limits", 100 * *way.rate_share);
-  for (const WheelShare& w : way.wheels)
+  parts += path.attitude_held ? "assumes that the base keeps its attitude exactly"
+                              : fmt::format("the base turns by up to {} rad", short_number(path.base_turn));
+  if (path.position_margin)
+    parts += fmt::format("; joints stay {} within their limits", short_number(*path.position_margin));
+  if (path.rate_share) parts += fmt::format("; rates up to {:.1f} % of their limits", 100 * *path.rate_share);
+  for (const WheelShare& w : path.wheels)
     parts += fmt::format("; {} uses up to {:.1f} % of its capacity", w.wheel, 100 * w.share);
-  if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of their limits", 100 * *way.effort_share);
+  if (path.effort_share) parts += fmt::format("; efforts up to {:.1f} % of their limits", 100 * *path.effort_share);
   return text + paragraph(parts, "  ");
 }
 
@@ -174,14 +174,14 @@ std::string plan_table(const CaptureResult& result) {
 
 // Frequencies of flexible modes.
 std::string elastic_table(const CaptureResult& result) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMaxShown = 8;
   std::string out;
   for (const ElasticReport& e : result.elastic) {
     TextTable table;
     table.row({"vibration", "base held", "base free", "and joints free", "damping ratio", "effective mass"});
     table.row({"", "Hz", "Hz", "Hz", "1", "kg"});
     const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
-    for (std::size_t i = 0; i < std::min(kMost, e.modes.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(kMaxShown, e.modes.size()); ++i) {
       const ElasticModeReport& m = e.modes[i];
       const Vector3d& mass = m.effective_mass;
       table.row({std::to_string(i + 1), known(m.held), known(m.braked), known(m.free), short_number(m.damping_ratio),
@@ -296,7 +296,7 @@ std::string thruster_table(const CaptureResult& result) {
     table.row({t.name, std::to_string(t.firings), short_number(t.on_time), fmt::format("{:.1f}", 100 * t.duty),
                short_number(t.impulse), short_number(t.propellant)});
   std::string out = "\nthrusters: " + short_number(all.propellant) + " kg of propellant";
-  if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg available";
+  if (!std::isnan(all.available)) out += " of " + short_number(all.available) + " kg available";
   if (all.excess() > 0) out += fmt::format(", EXCEEDS THE SUPPLY BY {} kg", short_number(all.excess()));
   out += "\n" + table.text();
   if (const auto& d = all.dumping)

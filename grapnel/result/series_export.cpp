@@ -332,8 +332,8 @@ void save(matvar_t& document, const std::filesystem::path& path) {
 void check_size(const TimeSeries& series) {
   std::size_t numbers = 2 * series.time.size();
   for (const Series& s : series.series) numbers += s.data.size();
-  constexpr std::size_t kMost = (std::size_t{1} << 31) - (std::size_t{1} << 24);  // room for names and texts
-  if (numbers * sizeof(double) > kMost) {
+  constexpr std::size_t kMaxBytes = (std::size_t{1} << 31) - (std::size_t{1} << 24);  // room for names and texts
+  if (numbers * sizeof(double) > kMaxBytes) {
     throw std::runtime_error("the series take more than 2 GiB, the limit of MAT files of version 5; use timeseries.h5");
   }
 }

@@ -52,14 +52,14 @@ const Type& type_of<ClearanceEvent>() {
   static constexpr Field fields[] = {
       field<&E::phase>("phase", "phase of the interval"),
       derived<[](const E& e) {
-        return Bodies{e.least.body_a, e.least.body_b};
+        return Bodies{e.minimum.body_a, e.minimum.body_b};
       }>("bodies", "", "pair of bodies"),
       field<&E::begin_time>("begin", "s", "start of the interval, at the earliest the start of its phase"),
       field<&E::end_time>("end", "s", "end of the interval, at the latest the end of its phase"),
       field<&E::required>("required", "m", "required distance"),
-      derived<[](const E& e) { return e.least.distance; }>(
+      derived<[](const E& e) { return e.minimum.distance; }>(
           "minimum_distance", "m", "minimum distance in the interval; negative: a depth of overlap"),
-      derived<[](const E& e) { return e.least.time; }>("minimum_time", "s", "time of the minimum"),
+      derived<[](const E& e) { return e.minimum.time; }>("minimum_time", "s", "time of the minimum"),
       field<&E::overlap_begin>("overlap_begin", "s",
                                "start of the overlap, which may be later than `begin`; absent: no overlap"),
   };

@@ -16,13 +16,13 @@ bool starts_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) !=
 /// `text` cut to `width` columns, the last one an ellipsis if something is missing.
 std::string shortened(const std::string& text, std::size_t width) {
   if (text_width(text) <= width) return text;
-  std::string kept;
+  std::string beginning;
   std::size_t columns = 0;
   for (const char c : text) {
     if (starts_character(c) && ++columns == width) break;
-    kept += c;
+    beginning += c;
   }
-  return kept + "…";
+  return beginning + "…";
 }
 
 /// Shortened in the middle: related names often differ at their ends.
@@ -41,7 +41,7 @@ std::string shortened_inside(const std::string& text, std::size_t width) {
 }
 
 /// Whether different texts remain different in their shortened cells.
-bool tells_apart(const std::vector<std::string>& texts, const std::vector<std::string>& cells) {
+bool are_distinct(const std::vector<std::string>& texts, const std::vector<std::string>& cells) {
   return std::set(texts.begin(), texts.end()).size() == std::set(cells.begin(), cells.end()).size();
 }
 
@@ -52,9 +52,9 @@ std::vector<std::string> first_cells(const std::vector<std::string>& texts, std:
     for (const std::string& text : texts) cells.push_back(shorten(text, width));
     return cells;
   };
-  if (auto cells = cut(shortened); tells_apart(texts, cells)) return cells;
+  if (auto cells = cut(shortened); are_distinct(texts, cells)) return cells;
   for (;; ++width) {
-    if (auto cells = cut(shortened_inside); tells_apart(texts, cells)) return cells;
+    if (auto cells = cut(shortened_inside); are_distinct(texts, cells)) return cells;
   }
 }
 

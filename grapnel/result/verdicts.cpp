@@ -41,13 +41,13 @@ double severity_of(const GradedViolation& v) {
 }
 
 void add_clearance(const ClearanceEvent& e, std::vector<GradedViolation>& all) {
-  const std::string pair = e.least.body_a + " and " + e.least.body_b;
+  const std::string pair = e.minimum.body_a + " and " + e.minimum.body_b;
   GradedViolation v;
   v.phase = e.phase;
-  v.worst_time = e.least.time;
+  v.worst_time = e.minimum.time;
   if (e.overlap_begin) {
     v.kind = "overlap", v.what = pair + " overlap", v.time = *e.overlap_begin;
-    v.value = -e.least.distance;
+    v.value = -e.minimum.distance;
     v.worst = fmt::format("{} overlap by {} m", pair, short_number(v.value));
     all.push_back(v);
     if (!(e.begin_time < *e.overlap_begin)) return;
@@ -55,7 +55,7 @@ void add_clearance(const ClearanceEvent& e, std::vector<GradedViolation>& all) {
   }
   v.kind = "clearance", v.time = e.begin_time;
   v.what = fmt::format("{} are nearer than {} m", pair, short_number(e.required));
-  v.value = std::max(0.0, e.least.distance), v.limit = e.required;
+  v.value = std::max(0.0, e.minimum.distance), v.limit = e.required;
   v.worst = fmt::format("{} are {} m apart, of {} m required", pair, short_number(v.value), short_number(v.limit));
   all.push_back(v);
 }
@@ -80,8 +80,8 @@ std::string row_words(const std::string& name) {
 }
 
 // The checks that passed, and the checks for which the model has nothing to evaluate.
-std::string kept_words(const Ledger& ledger) {
-  std::vector<std::string> kept, limits;
+std::string satisfied_words(const Ledger& ledger) {
+  std::vector<std::string> satisfied, limits;
   bool clearance = false, any_limit_row = false;
   for (const LedgerEntry& e : ledger.entries) {
     if (e.kind != LedgerEntry::Kind::feasibility) continue;
@@ -89,11 +89,11 @@ std::string kept_words(const Ledger& ledger) {
     any_limit_row = any_limit_row || !is_clearance;
     if (!e.applies) continue;
     clearance = clearance || is_clearance;
-    (is_clearance ? kept : limits).push_back(row_words(e.name));
+    (is_clearance ? satisfied : limits).push_back(row_words(e.name));
   }
   if (limits.size() == 3) limits = {"joint limits"};
-  kept.insert(kept.end(), limits.begin(), limits.end());
-  std::string text = listed(kept) + (kept.size() == 1 && clearance ? " is kept" : " are kept");
+  satisfied.insert(satisfied.end(), limits.begin(), limits.end());
+  std::string text = listed(satisfied) + (satisfied.size() == 1 && clearance ? " is kept" : " are kept");
   if (!clearance) text += "; no two bodies can touch";
   if (any_limit_row && limits.empty()) text += "; no joint limits are stated";
   return text;
@@ -214,11 +214,11 @@ std::string saturated_words(const SaturationReport& s) {
 
 // A wheel at its largest rate and a thruster that is always on have no reserve; torques that saturate briefly, as slews
 // begin, are usual.
-bool is_worth_a_warning(const SaturationReport& s) {
+bool exceeds_warning_threshold(const SaturationReport& s) {
   constexpr double kShare = 0.01, kShareOfTorques = 0.1, kLongOfTorques = 60;  // [1], [1], [s]
-  const bool gives_no_more =
+  const bool has_no_reserve =
       s.quantity == SaturationReport::Quantity::rate || s.quantity == SaturationReport::Quantity::duty;
-  return s.at_end || (gives_no_more ? s.share >= kShare : s.share >= kShareOfTorques || s.duration >= kLongOfTorques);
+  return s.at_end || (has_no_reserve ? s.share >= kShare : s.share >= kShareOfTorques || s.duration >= kLongOfTorques);
 }
 
 std::string more_words(std::size_t more) { return more > 0 ? fmt::format("; {} more, see saturation", more) : ""; }
@@ -237,12 +237,12 @@ std::string saturation_sentence(const CaptureResult& result) {
 }
 
 std::vector<std::string> saturation_warnings(const CaptureResult& result) {
-  constexpr std::size_t kMost = 4;
+  constexpr std::size_t kMaxTexts = 4;
   std::vector<std::string> texts;
   std::size_t more = 0;
   for (const SaturationReport& s : result.saturation) {
-    if (s.actuator == SaturationReport::Actuator::gyros || !is_worth_a_warning(s)) continue;
-    if (texts.size() < kMost) {
+    if (s.actuator == SaturationReport::Actuator::gyros || !exceeds_warning_threshold(s)) continue;
+    if (texts.size() < kMaxTexts) {
       texts.push_back("saturated: " + saturation_text(s));
     } else {
       ++more;
@@ -321,7 +321,7 @@ std::string ratings_sentence(const CaptureResult& result) {
 std::string feasibility_sentence(const CaptureResult& result) {
   const Verdict verdict = result.ledger.feasibility();
   if (verdict == Verdict::no) return infeasible_sentence(result);
-  if (verdict == Verdict::yes) return "feasible: yes, " + kept_words(result.ledger);
+  if (verdict == Verdict::yes) return "feasible: yes, " + satisfied_words(result.ledger);
   const std::vector<std::string> texts = not_checked_texts(result.ledger);
   return texts.empty() ? "feasible: not checked; there is nothing to check"
                        : fmt::format("feasible: not checked; {}", fmt::join(texts, "; "));

@@ -454,7 +454,7 @@ class PiecesCheck {
         std::any_of(pieces_[i].series.begin(), pieces_[i].series.end(), is_empty))
       return false;
     for (std::size_t j = 0; j < nodes.size(); ++j) {
-      check_meeting(
+      check_continuity(
           begin, i, j, nodes[j]->mark,
           fmt::format("{}.series of joint {}", item("approach.pieces", i), in_quotes(reading_.robot.joints[j].name)));
     }
@@ -462,10 +462,10 @@ class PiecesCheck {
   }
 
   // A jump would be an unphysical impulse.
-  void check_meeting(double begin, std::size_t i, std::size_t joint, const Mark& mark, const std::string& name) {
+  void check_continuity(double begin, std::size_t i, std::size_t joint, const Mark& mark, const std::string& name) {
     const MotionPiece& piece = pieces_[i];
     JointTrajectory trajectory;
-    trajectory.pieces.push_back({begin, piece.until, ChebyshevPiece{piece.series[joint]}});
+    trajectory.segments.push_back({begin, piece.until, ChebyshevSegment{piece.series[joint]}});
     const JointPoint first = evaluate(trajectory, begin), last = evaluate(trajectory, piece.until);
     JointPoint& before = ends_[joint];
     for (const double x : {first.position, first.rate, last.position, last.rate}) {

@@ -311,10 +311,10 @@ class Importer {
       if (!note.empty())
         model.decisions.insert(model.decisions.begin(),
                                ImportDecision{{std::make_shared<const std::string>(path.string()), 1, 1}, note});
-      ScenarioFiles::File kept{*text, {}, {}};
-      kept.model = std::make_shared<const SourceModel>(std::move(model));
-      files_.keep(path, kept);
-      file = std::make_shared<const ScenarioFiles::File>(std::move(kept));
+      ScenarioFiles::File stored{*text, {}, {}};
+      stored.model = std::make_shared<const SourceModel>(std::move(model));
+      files_.store(path, stored);
+      file = std::make_shared<const ScenarioFiles::File>(std::move(stored));
     }
     result_.bytes += file->bytes + file->model->further_bytes;
     result_.texts.emplace_back("robot", file->bytes);
@@ -485,7 +485,7 @@ std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const f
 
 std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs::path& path, ScenarioFiles& files,
                                                  FaultList& faults) {
-  if (auto kept = imported_robot(scenario, path, files)) return kept;
+  if (auto stored = imported_robot(scenario, path, files)) return stored;
   const Node& robot = part(scenario, "robot");
   Importer importer(path, path, files, faults);
   std::shared_ptr<const ImportedFile> imported;
@@ -502,7 +502,7 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
     imported = importer.finish(importer.single(path_beside(path, robot.text), robot, *settings));
   }
   if (!imported) return nullptr;
-  files.keep_imported(import_key(scenario, path), imported);
+  files.store_imported(import_key(scenario, path), imported);
   return imported;
 }
 

@@ -63,7 +63,7 @@ void add_files_of_list(Node& tree, const char* key, std::vector<Node*>& files) {
 
 std::shared_ptr<const ScenarioFiles::File> mesh_file(const std::filesystem::path& path, const Node& named,
                                                      ScenarioFiles& files, FaultList& faults) {
-  if (auto kept = files.find(path); kept && kept->mesh) return kept;
+  if (auto stored = files.find(path); stored && stored->mesh) return stored;
   if (!is_mesh_file(path)) {
     faults.add(named.mark, fmt::format("mesh file {} must end in .stl, .obj or .dae", in_quotes(named.text)));
     return nullptr;
@@ -74,7 +74,7 @@ std::shared_ptr<const ScenarioFiles::File> mesh_file(const std::filesystem::path
   if (!mesh) return nullptr;
   // The digest replaces the bytes: a study hashes its inputs once per point.
   const ScenarioFiles::File file{sha256(*bytes) + "\n", {}, {}, std::move(mesh)};
-  files.keep(path, file);
+  files.store(path, file);
   return std::make_shared<const ScenarioFiles::File>(file);
 }
 

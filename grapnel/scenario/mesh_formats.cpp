@@ -80,11 +80,11 @@ class Lines {
     ++number_;
     line_ = line_.substr(0, std::min(line_.find('#'), line_.size()));
     const std::size_t last = line_.find_last_not_of(" \t");
-    const bool goes_on =
+    const bool continues =
         continuation_ == Continuation::backslash && last != std::string_view::npos && line_[last] == '\\';
-    if (goes_on) line_ = line_.substr(0, last);
+    if (continues) line_ = line_.substr(0, last);
     split();
-    return goes_on && at_ < text_.size();
+    return continues && at_ < text_.size();
   }
 
   void split() {

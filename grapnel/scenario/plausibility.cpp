@@ -112,7 +112,7 @@ double nearest_end(const std::vector<Geometry>& shapes, const Vector3d& from) {
 
 // The unit error that would explain a radius of gyration that is too large by a factor: tonnes give 31.6, square
 // millimetres give 1000.
-std::string unit_slip(double too_large_by) {
+std::string unit_mistake(double too_large_by) {
   if (too_large_by > 300) return "; is the inertia in kg mm^2?";
   if (too_large_by > 10) return "; is the mass in t?";
   if (too_large_by < 0.1 && too_large_by > 0.003) return "; is the inertia in t m^2, or the mass in g?";
@@ -302,7 +302,7 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
   faults.warn(part(body, "inertia").mark,
               fmt::format("{}: the moment of inertia {:.6g} kg m^2 and the mass {:.6g} kg make a radius of gyration of "
                           "{:.3g} m, and {}{}",
-                          below(path, "inertia"), largest, mass, gyration, why, unit_slip(off)));
+                          below(path, "inertia"), largest, mass, gyration, why, unit_mistake(off)));
 }
 
 void doubt_inertia_point(const Node& body, const std::string& path, const BodyDescription& read,
@@ -391,12 +391,10 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
       // One end-effector may follow another at the same grasp point.
       const bool in_turn = releases && (first.closes != second.closes || first.closes_at != second.closes_at);
       if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
-      faults.warn(
-          part(list.items[b], "point").mark,
-          fmt::format("{}: end-effectors {} and {} grasp the same place of target {}, where two end-effectors have no "
-                      "room",
-                      item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
-                      in_quotes(second.target)));
+      faults.warn(part(list.items[b], "point").mark,
+                  fmt::format("{}: end-effectors {} and {} have the same grasp point on target {} and would collide",
+                              item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
+                              in_quotes(second.target)));
       break;
     }
   }

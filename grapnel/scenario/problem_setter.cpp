@@ -73,7 +73,7 @@ class Finder {
         at = hop(problem, at);
         if (!at) return false;
       }
-      return writer(problem, at, numbers) && settle(problem) && (!is_limit || keeps_limits(problem));
+      return writer(problem, at, numbers) && settle(problem) && (!is_limit || respects_limits(problem));
     };
   }
 
@@ -88,7 +88,7 @@ class Finder {
   }
 
   // Whether joint values and rates are within changed limits.
-  static bool keeps_limits(const CaptureProblem& problem) {
+  static bool respects_limits(const CaptureProblem& problem) {
     const std::vector<JointDescription> order = moving_joints(problem.robot);
     const auto are_within = [&](const std::vector<double>& values, bool rates) {
       for (std::size_t j = 0; j < values.size(); ++j) {
@@ -96,21 +96,21 @@ class Finder {
       }
       return true;
     };
-    bool kept = are_within(problem.joint_position, false) && are_within(problem.joint_rate, true);
+    bool within = are_within(problem.joint_position, false) && are_within(problem.joint_rate, true);
     for (const PostImpactSetup& phase : problem.post_impact) {
-      kept = kept && (!phase.move || are_within(phase.move->joints, false)) &&
-             (!phase.keep_base_attitude || are_within(phase.keep_base_attitude->posture, false));
+      within = within && (!phase.move || are_within(phase.move->joints, false)) &&
+               (!phase.keep_base_attitude || are_within(phase.keep_base_attitude->posture, false));
     }
-    if (!problem.approach) return kept;
+    if (!problem.approach) return within;
     const ApproachSetup& approach = *problem.approach;
-    kept = kept && are_within(approach.final_position, false) &&
-           are_within(approach.final_rates.value_or(std::vector<double>{}), true) &&
-           (!approach.plan || are_within(approach.plan->guess, false));
+    within = within && are_within(approach.final_position, false) &&
+             are_within(approach.final_rates.value_or(std::vector<double>{}), true) &&
+             (!approach.plan || are_within(approach.plan->guess, false));
     for (const Waypoint& waypoint : approach.waypoints) {
-      kept = kept && are_within(waypoint.joints, false) &&
-             are_within(waypoint.rates.value_or(std::vector<double>{}), true);
+      within = within && are_within(waypoint.joints, false) &&
+               are_within(waypoint.rates.value_or(std::vector<double>{}), true);
     }
-    return kept;
+    return within;
   }
 
   bool hop(Hop next) {
@@ -129,10 +129,11 @@ class Finder {
     if (owner.name == "joint" && !has_meaning &&
         static_cast<const BodyDescription*>(at_)->joint.type == JointType::fixed)
       return true;  // its keys have no meaning
-    const bool is_said_too = (owner.name == "initial" && field.key != "base") ||
-                             (owner.name == "approach" && field.key == "duration") || owner.name == "joint_limits";
+    const bool is_defined_by_motion = (owner.name == "initial" && field.key != "base") ||
+                                      (owner.name == "approach" && field.key == "duration") ||
+                                      owner.name == "joint_limits";
     const bool is_searched = owner.name == "approach" && field.key == "duration" && problem_.approach->window;
-    return (is_stated() && is_said_too) || is_searched;
+    return (is_stated() && is_defined_by_motion) || is_searched;
   }
 
   NumberWriter find(const Type& type, Steps steps) {

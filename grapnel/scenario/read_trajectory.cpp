@@ -69,9 +69,9 @@ class TrajectoryReader {
     EffortLog log{std::move(motion->times), std::move(motion->positions), {}};
     for (std::size_t i = 0; i < base_[0].size(); ++i)
       log.base_torque.push_back({base_[0][i], base_[1][i], base_[2][i]});
-    log.wheel_torque = told(CsvColumn::Kind::wheel, log.times.size());
-    log.gimbal_rate = told(CsvColumn::Kind::gyro, log.times.size());
-    log.thruster = told(CsvColumn::Kind::thruster, log.times.size());
+    log.wheel_torque = commanded(CsvColumn::Kind::wheel, log.times.size());
+    log.gimbal_rate = commanded(CsvColumn::Kind::gyro, log.times.size());
+    log.thruster = commanded(CsvColumn::Kind::thruster, log.times.size());
     return log;
   }
 
@@ -152,7 +152,7 @@ class TrajectoryReader {
     column.values.push_back(value);
   }
   // Values of a kind, per actuator, per row; actuators without a column get zero. Empty: no columns of this kind.
-  std::vector<std::vector<double>> told(CsvColumn::Kind kind, std::size_t rows) const {
+  std::vector<std::vector<double>> commanded(CsvColumn::Kind kind, std::size_t rows) const {
     std::vector<std::vector<double>> columns;
     for (const CsvColumn& column : columns_) {
       if (column.kind != kind) continue;
@@ -230,7 +230,7 @@ class TrajectoryReader {
       foreign_ = !shown;
       if (foreign_) return;
     }
-    std::set<std::string_view> met;
+    std::set<std::string_view> seen;
     for (std::size_t i = 0; i < fields.size(); ++i) {
       CsvColumn column;
       column.name = std::string(fields[i].text);
@@ -238,12 +238,12 @@ class TrajectoryReader {
         column.kind = CsvColumn::Kind::time;
       else
         identify(column, mark_at(fields[i].begin));
-      if (!met.insert(fields[i].text).second) {
+      if (!seen.insert(fields[i].text).second) {
         faults_.add(mark_at(fields[i].begin), fmt::format("duplicate column {}", in_quotes(fields[i].text)));
       }
       columns_.push_back(std::move(column));
     }
-    check_columns(here, met);
+    check_columns(here, seen);
   }
 
   void identify(CsvColumn& column, const Mark& mark) {
@@ -278,21 +278,21 @@ class TrajectoryReader {
   }
 
   // Every joint has a column; of the rates all or none.
-  void check_columns(const Mark& mark, const std::set<std::string_view>& met) {
-    const auto is_there = [&](std::string_view name) { return met.contains(name); };
+  void check_columns(const Mark& mark, const std::set<std::string_view>& seen) {
+    const auto is_there = [&](std::string_view name) { return seen.contains(name); };
     if (contents_ == Contents::efforts && std::any_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there) &&
         !std::all_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there))
       faults_.add(mark, "the header has some of base.x, base.y and base.z, must have all or none");
-    const auto tells = [](const CsvColumn& column) { return actuator(column.kind) != nullptr; };
-    if (met.contains(kTorqueColumns[0]) && std::any_of(columns_.begin(), columns_.end(), tells))
+    const auto commands_actuator = [](const CsvColumn& column) { return actuator(column.kind) != nullptr; };
+    if (seen.contains(kTorqueColumns[0]) && std::any_of(columns_.begin(), columns_.end(), commands_actuator))
       faults_.add(mark,
                   "the header has base.x and columns of actuators that produce this torque; leave out one of them");
     if (!robot_.count_known()) return;
     std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
       const std::string rate = joint.name + std::string(kRateSuffix);
-      if (!met.contains(joint.name)) joints.push_back(joint.name);
-      if (!met.contains(rate)) rates.push_back(rate);
+      if (!seen.contains(joint.name)) joints.push_back(joint.name);
+      if (!seen.contains(rate)) rates.push_back(rate);
     }
     if (!joints.empty()) faults_.add(mark, fmt::format("the header lacks joints: {}", some_of(joints)));
     const bool some_rate = std::any_of(columns_.begin(), columns_.end(),

@@ -79,10 +79,10 @@ bool is_foreign(const std::string& text, FileKind kind, const std::shared_ptr<co
 // A file's tree, with its bytes added to `hashed`. Empty after an error.
 std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
                               ScenarioFiles& files, FaultList& faults, const std::string& named = {}) {
-  if (const auto kept = files.find(path)) {
-    if (!is_of_kind(kept->tree, kind, faults)) return {};
-    hashed += kept->bytes;
-    return kept->tree;
+  if (const auto stored = files.find(path)) {
+    if (!is_of_kind(stored->tree, kind, faults)) return {};
+    hashed += stored->bytes;
+    return stored->tree;
   }
   const auto bytes = read_file(path, blame, faults, kLargestFile, named);
   if (!bytes) return {};
@@ -97,7 +97,7 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
     return {};
   }
   if (!is_of_kind(*tree, kind, faults)) return {};
-  files.keep(path, {*bytes, {}, *tree});
+  files.store(path, {*bytes, {}, *tree});
   return tree;
 }
 
@@ -115,9 +115,9 @@ std::optional<Node> ready_made_robot(const Node& named, std::string& hashed, Sce
     return {};
   }
   hashed += found->text;
-  if (const auto kept = files.find(found->source())) return kept->tree;
+  if (const auto stored = files.find(found->source())) return stored->tree;
   Node tree = tree_of(*found);
-  files.keep(found->source(), {std::string(found->text), {}, tree});
+  files.store(found->source(), {std::string(found->text), {}, tree});
   return tree;
 }
 
@@ -281,16 +281,16 @@ class Loader {
     if (!named || !is_text(*named) || named->text.empty()) return {};
     const std::filesystem::path path = path_beside(path_, named->text);
     const auto source = std::make_shared<const std::string>(path.string());
-    if (const auto kept = files_.find(path)) {
-      bytes = kept->bytes;
-      return TrajectoryFile{source, kept->text};
+    if (const auto stored = files_.find(path)) {
+      bytes = stored->bytes;
+      return TrajectoryFile{source, stored->text};
     }
     const auto read = read_file(path, named->mark, faults_, kLargestTrajectory, named->text);
     if (!read) return {};
     bytes = *read;
     auto text = checked_text(bytes, source, faults_);
     if (!text) return {};
-    files_.keep(path, {bytes, *text, {}});
+    files_.store(path, {bytes, *text, {}});
     return TrajectoryFile{source, std::move(*text)};
   }
 
@@ -304,19 +304,19 @@ class Loader {
     std::error_code error;
     const std::filesystem::path beside = path_beside(path_, named->text);
     const std::filesystem::path path = std::filesystem::absolute(beside, error);
-    auto kept = files_.find(path);
-    if (!kept) {
+    auto stored = files_.find(path);
+    if (!stored) {
       const auto bytes = read_file(beside, named->mark, faults_, kLargestPlugin, named->text);
       if (!bytes) return {};
-      files_.keep(path, {sha256(*bytes), {}, {}});
-      kept = files_.find(path);
+      files_.store(path, {sha256(*bytes), {}, {}});
+      stored = files_.find(path);
     }
-    if (key == "fmu") return {path.string(), kept->bytes};
+    if (key == "fmu") return {path.string(), stored->bytes};
     if (const std::string fault = plugin_fault(path.string(), named->text); !fault.empty()) {
       faults_.add(named->mark, fault);
       return {};
     }
-    return {path.string(), kept->bytes};
+    return {path.string(), stored->bytes};
   }
 
   // Errors of an FMU are reported where the scenario names it, or where it maps its variables.
@@ -416,7 +416,7 @@ std::shared_ptr<const ScenarioFiles::File> ScenarioFiles::find(const std::filesy
   return it == files_.end() ? nullptr : it->second;
 }
 
-void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
+void ScenarioFiles::store(const std::filesystem::path& path, File file) {
   const std::lock_guard lock(mutex_);
   files_.emplace(path.string(), std::make_shared<const File>(std::move(file)));
 }
@@ -434,7 +434,7 @@ std::shared_ptr<const ImportedFile> ScenarioFiles::find_imported(const std::stri
   return it == imported_.end() ? nullptr : it->second;
 }
 
-void ScenarioFiles::keep_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported) {
+void ScenarioFiles::store_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported) {
   const std::lock_guard lock(mutex_);
   if (!imported_.emplace(key, std::move(imported)).second) return;
   imported_order_.push_back(key);

@@ -35,14 +35,14 @@ class ScenarioFiles {
   };
   /// Null if it is not stored.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;
-  void keep(const std::filesystem::path& path, File file);
+  void store(const std::filesystem::path& path, File file);
   /// All stored files, in order.
   std::vector<std::filesystem::path> paths() const;
 
   /// Robots assembled from files, by their sources (imported_robot.hpp): only the latest ones, because campaigns may
   /// vary the options. Null if it is not stored.
   std::shared_ptr<const ImportedFile> find_imported(const std::string& key) const;
-  void keep_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported);
+  void store_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported);
 
  private:
   static constexpr std::size_t kMostImported = 64;

@@ -425,8 +425,8 @@ class SchemaWriter {
     if (field.type().kind == Type::Kind::structure) return Json::object();
     std::optional<Json> found;
     const auto take = [&](const void* value) { found = json_of(field.type(), value), write_plainly(*found); };
-    const auto look = [&](const void* untouched) { field.show(untouched, visitor_of(take)); };
-    owner.show_default(visitor_of(look));
+    const auto show = [&](const void* untouched) { field.show(untouched, visitor_of(take)); };
+    owner.show_default(visitor_of(show));
     return found;
   }
 };

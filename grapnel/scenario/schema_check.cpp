@@ -198,10 +198,10 @@ class Checker {
   bool check_type(const Node& node, const std::string& type, const Json& schema, const Where& where) {
     if (fits_type(node, type)) return true;
     const std::string subject = name_of(where) + (node.kind == Node::Kind::null ? " is empty, must be " : " must be ");
-    const bool say_what = node.kind != Node::Kind::null;
+    const bool has_value = node.kind != Node::Kind::null;
     if (type == "number" || type == "integer") {
       const std::string what = type == "number" ? "a number" : "a whole number";
-      const std::string why = !say_what ? "" : number_of(node) ? ", not " + shown(node, where) : why_no_number(node);
+      const std::string why = !has_value ? "" : number_of(node) ? ", not " + shown(node, where) : why_no_number(node);
       faults_.add(node.mark, subject + what + unit_text(where.unit) + why);
       return false;
     }
@@ -210,7 +210,7 @@ class Checker {
                        : type == "boolean" ? "true or false"
                                            : "text";
     if (type == "array") what += unit_text(where.unit);
-    std::string why = say_what ? ", not " + described(node) : "";
+    std::string why = has_value ? ", not " + described(node) : "";
     const std::string advice = type == "object" && node.is_scalar() && node.plain ? key_advice(node.text) : "";
     if (!advice.empty()) why += "; " + advice;
     if (type == "string" && node.is_scalar()) why += "; put it in quotes: " + in_quotes(node.text);
@@ -220,7 +220,7 @@ class Checker {
   }
 
   bool check_alternatives(Node& node, const Json& alternatives, const Where& where) {
-    if (node.is_mapping()) mend_only_key(node, alternatives, where);
+    if (node.is_mapping()) correct_only_key(node, alternatives, where);
     if (const Json* chosen = chosen_alternative(root_, alternatives, node)) return check(node, *chosen, where);
     std::string titles;
     bool number_possible = false, list_possible = false;
@@ -462,7 +462,7 @@ class Checker {
   }
 
   // {mach: twist} if an alternative is {match: ...}; other alternatives have free keys.
-  void mend_only_key(Node& node, const Json& alternatives, const Where& where) {
+  void correct_only_key(Node& node, const Json& alternatives, const Where& where) {
     if (node.entries.size() != 1 || !is_text(node.entries[0].value)) return;
     for (const Json& alternative : alternatives) {
       const Json& known = properties_of(alternative);

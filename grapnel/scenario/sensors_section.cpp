@@ -233,14 +233,14 @@ const Type& identify_description() { return type_of<std::optional<IdentifySetup>
 
 void finish_sensors(Reading& reading) {
   const Node& node = part(reading.root, "sensors");
-  const auto look_up = [&](const char* list, const char* key, auto& names) {
+  const auto resolve = [&](const char* list, const char* key, auto& names) {
     const Node& all = part(node, list);
     for (std::size_t i = 0; i < all.items.size() && !reading.faults.full(); ++i)
       names.expect(text_at(all.items[i], key), part(all.items[i], key).mark, item(below("sensors", list), i),
                    reading.faults);
   };
-  look_up("force_torque", "end_effector", reading.robot.end_effectors);
-  look_up("relative_pose", "target", reading.targets);
+  resolve("force_torque", "end_effector", reading.robot.end_effectors);
+  resolve("relative_pose", "target", reading.targets);
 }
 
 }  // namespace grapnel

@@ -127,11 +127,11 @@ bool BaseActuation::holds_wheel(int velocity) const {
 void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
                           std::span<double> effort, std::span<double> force) {
   if (actuators_.one_by_one) {
-    asked_ = Vector3d::zero(), given_ = thrust_torque_;
+    commanded_torque_ = Vector3d::zero(), given_ = thrust_torque_;
     if (!wheels_.empty()) wheels_.drive_each(commands.wheel_torque, effort);
     return;
   }
-  asked_ = torque;
+  commanded_torque_ = torque;
   if (actuators_.steering) return;  // done by turn_gyros()
   if (!wheels_.empty()) {
     wheels_.drive(torque - countered(), effort);
@@ -160,7 +160,7 @@ void BaseActuation::turn_gyros(double t, const State& state, const ActuatorComma
   Vector3d w_B = Vector3d::zero();
   if (v_ >= 0) w_B = {state.v[v_], state.v[v_ + 1], state.v[v_ + 2]};
   if (actuators_.steering) {
-    gyros_.steer(asked_, w_B, t);
+    gyros_.steer(commanded_torque_, w_B, t);
   } else if (actuators_.one_by_one && !commands.gimbal_rate.empty()) {
     gyros_.command(commands.gimbal_rate);
   }
@@ -232,7 +232,7 @@ double BaseActuation::margin(std::span<const double> v, const Evaluation& evalua
   double least = 1;
   if (triggers_by_state()) {
     evaluate();
-    least = actuators_.thrusters->trigger_margin(asked_, actuators_.modulation);
+    least = actuators_.thrusters->trigger_margin(commanded_torque_, actuators_.modulation);
   }
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
@@ -268,7 +268,7 @@ void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   ThrusterBank& bank = *actuators_.thrusters;
   if (!clock_) {
     evaluate();
-    return bank.trigger(asked_, actuators_.modulation);
+    return bank.trigger(commanded_torque_, actuators_.modulation);
   }
   const double period = clock_->timing().period, delay = clock_->timing().delay;
   const double number = std::round((t - delay) / period);

@@ -106,7 +106,7 @@ class BaseActuation {
   void add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside);
 
   /// The torque last commanded and the torque given, on the root's body, in its axes [N m].
-  const Vector3d& asked() const { return asked_; }
+  const Vector3d& commanded_torque() const { return commanded_torque_; }
   const Vector3d& given() const { return given_; }
   /// The resultant wrench of all thrusters about the root's origin, in its axes, at a time from reach() to the next
   /// edge, linear in time between them; zero without thrusters.
@@ -162,7 +162,7 @@ class BaseActuation {
   std::vector<double> thrusts_;
   Vector3d thrust_torque_ = Vector3d::zero();  // about the bank's point
   Wrenchd thrust_ = Wrenchd::zero();           // about the root's origin, in its axes
-  Vector3d asked_ = Vector3d::zero(), given_ = Vector3d::zero();
+  Vector3d commanded_torque_ = Vector3d::zero(), given_ = Vector3d::zero();
   Vector3d turned_ = Vector3d::zero();  // torque of the turning gyros
 };
 

@@ -24,8 +24,8 @@ ControlClock::ControlClock(const ControlTiming& timing, std::size_t channels) : 
 // Interval t0 to t1 => sample times and, with a delay, the times at which commands take effect (6.14), strictly
 // between. The two series are concatenated, not merged. Throws std::invalid_argument above 1e8 periods.
 std::vector<double> ControlClock::break_times(double t0, double t1) const {
-  constexpr double kMost = 1e8;  // maximum number of sample times of a phase
-  if (!((t1 - t0) / timing_.period < kMost))
+  constexpr double kMaxSamples = 1e8;  // maximum number of sample times of a phase
+  if (!((t1 - t0) / timing_.period < kMaxSamples))
     throw std::invalid_argument("ControlClock: too many sample times in a phase; the period is too short");
   std::vector<double> times;
   const auto add = [&](double offset) {
@@ -74,8 +74,8 @@ void ControlClock::put(std::vector<Command> commands) {
   for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].command = std::move(commands[i + 1]);
 }
 
-void ControlClock::command(Command said, double t, double same) {
-  pending_.push_back({tick_ + timing_.delay, std::move(said)});
+void ControlClock::command(Command value, double t, double same) {
+  pending_.push_back({tick_ + timing_.delay, std::move(value)});
   let_act(t + std::max(same, resolution_at(t)));
 }
 

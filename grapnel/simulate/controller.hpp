@@ -74,7 +74,7 @@ class Controller {
 
   /// A piece of the run begins at `time`: called before the first piece, and after grasps have closed or opened, when
   /// the model changes, with other indices and masses. The controller's internal state remains.
-  virtual void begin_piece(const Model& model, double time) {
+  virtual void begin_segment(const Model& model, double time) {
     static_cast<void>(model);
     static_cast<void>(time);
   }
@@ -119,11 +119,11 @@ class ControlClock {
   /// most `same` [s] are equal, as in phase_breaks().
   bool tick(double t, double same = 0);
   /// Stores the laws' command at the current sample time.
-  void command(Command said, double t, double same = 0);
+  void command(Command value, double t, double same = 0);
   /// The acting command.
   const Command& held() const { return held_; }
   /// Number of delayed commands.
-  std::size_t on_their_way() const { return pending_.size(); }
+  std::size_t delayed_count() const { return pending_.size(); }
   /// The acting command and the delayed ones, oldest first.
   std::vector<Command> commands() const;
   /// Replaces the values of all these commands, in that order. @throws std::invalid_argument if their number differs.

@@ -154,9 +154,9 @@ class MinimaxSimplex {
       const double t = -corner[k_];
       Index entering = -1;
       for (Index i = 0; i < rows && entering < 0; ++i) {
-        const double miss = r_.g[i] + r_.G.row(i).dot(corner.head(k_)) - r_.w[i] * t;
+        const double violation = r_.g[i] + r_.G.row(i).dot(corner.head(k_)) - r_.w[i] * t;
         const double size = std::abs(r_.g[i]) + r_.w[i] * (1 + std::abs(t));
-        if (miss > kZero * size && std::find(basis_.begin(), basis_.end(), i) == basis_.end()) entering = i;
+        if (violation > kZero * size && std::find(basis_.begin(), basis_.end(), i) == basis_.end()) entering = i;
       }
       if (entering < 0 || !replace(B, entering)) break;
     }
@@ -258,7 +258,7 @@ BoxSolution minimize_in_box(const BoxProgram& program) { return BoxMinimizer(pro
 
 // Family => minimum over z of the largest weighted excess (19.20) and a minimizer. Without self-stresses (no columns of
 // N) the excess of x0, else the simplex method on the dual.
-LeastExcess least_excess(const EffortFamily& family) {
+MinExcess min_excess(const EffortFamily& family) {
   const Index k = family.N.cols();
   if (k == 0) {
     double excess = -1;
@@ -274,7 +274,7 @@ LeastExcess least_excess(const EffortFamily& family) {
 
 // Family and a feasible member => minimum-norm member within the bounds (19.21). If the projection of x0 is outside, a
 // least-distance program, solved by nonnegative least squares; `feasible` if that finds no solution.
-VectorXd least_norm_within(const EffortFamily& family, const VectorXd& feasible) {
+VectorXd min_norm_within(const EffortFamily& family, const VectorXd& feasible) {
   const Index k = family.N.cols();
   const VectorXd x = family.x0 - family.N * (family.N.transpose() * family.x0);
   const auto within = [&](const VectorXd& y) {

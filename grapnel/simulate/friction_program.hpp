@@ -35,17 +35,17 @@ struct EffortFamily {
   Eigen::VectorXd weight;        // units of the excess, positive
 };
 
-struct LeastExcess {
+struct MinExcess {
   double excess;  // min over z of the max over i of (lower - x)_i / weight_i and (x - upper)_i / weight_i; at least -1
   Eigen::VectorXd x;  // one minimizer
 };
 
 /// By the simplex method on the dual program, with Bland's rule.
-LeastExcess least_excess(const EffortFamily& family);
+MinExcess min_excess(const EffortFamily& family);
 
 /// The minimum-norm member of the family within the bounds. `feasible`: any member within them. By nonnegative least
 /// squares (Lawson and Hanson 1974, chapter 23).
-Eigen::VectorXd least_norm_within(const EffortFamily& family, const Eigen::VectorXd& feasible);
+Eigen::VectorXd min_norm_within(const EffortFamily& family, const Eigen::VectorXd& feasible);
 
 /// An orthonormal basis of the span of `directions`; entries below the rounding error of `terms`, the magnitudes of the
 /// summands of each entry, count as zero. No columns: the span is zero.

@@ -120,7 +120,8 @@ void PhaseDynamics::settle_friction() {
     for (const int v : released) vdot_[v] = 0;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
       if (output_of(setup_.drives[j].control) == ControlOutput::motion)
-        motor_[j] = told_[j] = workspace_.force[model_.bodies()[model_.joints()[j]].v] - friction_[j] - spring_[j];
+        motor_[j] = smooth_effort_[j] =
+            workspace_.force[model_.bodies()[model_.joints()[j]].v] - friction_[j] - spring_[j];
     }
   }
   modes_.note_holding(friction_);

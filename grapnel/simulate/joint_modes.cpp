@@ -14,7 +14,7 @@ constexpr double kRateSlack = 1e-13, kPlaceSlack = 1e-14;
 // A joint closer than this is at its stop [rad or m].
 constexpr double kAtStop = 4e-12;
 // Tolerance of holding efforts, relative to their current size, and at stops without friction [N m or N].
-constexpr double kEffortSlack = 1e-11, kLeastStopSlack = 1e-12;
+constexpr double kEffortSlack = 1e-11, kMinStopSlack = 1e-12;
 // Rounding error in comparisons of accelerations.
 constexpr double kAccelerationRounding = 1e-13;
 // Fractions of the holding slack up to which a joint at its limit is held if it need not slip.
@@ -22,10 +22,10 @@ constexpr double kLimitShare = 0.25;
 // Threshold of a unit change of undetermined efforts; smaller values are rounding errors.
 constexpr double kOpen = 1e-9;
 // Maximum number of iterations if motors respond to the choice of modes.
-constexpr int kMostRounds = 20;
+constexpr int kMaxRounds = 20;
 // Tolerance of pulling impulses, relative to the largest.
 constexpr double kPulls = 1e-12;
-constexpr std::size_t kKept = 100;  // maximum number of recorded impacts
+constexpr std::size_t kMaxStopImpacts = 100;  // maximum number of recorded impacts
 // Fraction of the slack above which a joint's excess frees it; events occur at the whole slack.
 constexpr double kFreed = 0.5;
 
@@ -126,7 +126,7 @@ void JointModes::settle(const Dynamics& dynamics) {
   if (response.possible && held_excess(response.holding, response.open) <= kFreed) return;
   const Mobility mobility = dynamics.mobility(velocities);
   Eigen::VectorXd released;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Eigen::VectorXd now = dynamics.released(velocities);
     // Model-based laws may respond with other efforts to held joints; otherwise one iteration suffices.
     const bool same = round > 0 && (now - released).norm() <= kAccelerationRounding * now.norm();
@@ -156,7 +156,7 @@ void JointModes::take_slacks(const Response& response) {
     const double h = response.possible ? std::abs(response.holding[j.joint]) : 0;
     j.unit = j.breakaway + (j.end != End::none ? h : 0);
     j.slack = kEffortSlack * j.unit + (response.possible ? response.rounding[j.joint] : 0);
-    if (j.breakaway == 0) j.slack += kLeastStopSlack, j.unit += kLeastStopSlack / kEffortSlack;
+    if (j.breakaway == 0) j.slack += kMinStopSlack, j.unit += kMinStopSlack / kEffortSlack;
   }
 }
 
@@ -204,9 +204,9 @@ double JointModes::held_excess(std::span<const double> holding, const OpenEffort
     EffortFamily one = family;
     one.x0 -= family.N * (family.N.transpose() * family.x0);
     one.N.resize(one.x0.size(), 0);
-    if (const double excess = least_excess(one).excess; excess < kFar) return excess / kEffortSlack;
+    if (const double excess = min_excess(one).excess; excess < kFar) return excess / kEffortSlack;
   }
-  return least_excess(family).excess / kEffortSlack;
+  return min_excess(family).excess / kEffortSlack;
 }
 
 // The program (19.17), scaled to unit mobility of each joint alone, repeated until (19.18) frees no more joints.
@@ -279,8 +279,8 @@ std::vector<int> JointModes::share_out(const OpenEfforts& open, std::span<double
   if (open.effort.cols() == 0) return changed;
   const EffortFamily family = held_family(holding, open);
   if (family.N.cols() == 0) return changed;
-  const LeastExcess least = least_excess(family);
-  const Eigen::VectorXd x = least.excess < 0 ? least_norm_within(family, least.x) : least.x;
+  const MinExcess least = min_excess(family);
+  const Eigen::VectorXd x = least.excess < 0 ? min_norm_within(family, least.x) : least.x;
   Eigen::Index i = 0;
   for (Joint& j : joints_) {
     if (j.mode != Mode::held) continue;
@@ -312,8 +312,8 @@ std::vector<JointModes::RateChange> JointModes::overshoots(std::span<const doubl
 
 // q and v with joints at stops => v after the impact (19.2), q at the exact ends, and records of each impact. `respond`
 // solves the system for given rate changes; the smallest restitution applies to all joints that arrive.
-bool JointModes::meet_stops(double time, std::span<double> q, std::span<double> v,
-                            const std::function<ImpulseResponse(std::span<const RateChange>)>& respond) {
+bool JointModes::apply_stop_impacts(double time, std::span<double> q, std::span<double> v,
+                                    const std::function<ImpulseResponse(std::span<const RateChange>)>& respond) {
   std::vector<std::size_t> candidates;  // at stops
   std::vector<std::uint8_t> pushes;     // whether the stop is taken to act
   bool any = false;
@@ -363,15 +363,16 @@ bool JointModes::meet_stops(double time, std::span<double> q, std::span<double> 
     Joint& j = joints_[candidates[c]];
     if (!pushes[c]) continue;
     const double before = v[j.v];
-    const bool meets = into_stop(j, before) > kAtRest;
-    const double rebound = meets ? -e * before : 0.0, impulse = response.impulse[j.v];
+    const bool arrives = into_stop(j, before) > kAtRest;
+    const double rebound = arrives ? -e * before : 0.0, impulse = response.impulse[j.v];
     const double lost = -0.5 * impulse * (before + rebound);  // (19.4)
     last_energy_lost_ += lost;
     q[j.q] = j.end == End::lower ? j.lower : j.upper;
-    if (!meets) continue;
+    if (!arrives) continue;
     ++j.stop_impacts, ++stop_impact_count_;
     j.stop_energy_lost += lost;
-    if (stop_impacts_.size() < kKept) stop_impacts_.push_back({time, j.joint, j.end, before, rebound, impulse, lost});
+    if (stop_impacts_.size() < kMaxStopImpacts)
+      stop_impacts_.push_back({time, j.joint, j.end, before, rebound, impulse, lost});
   }
   for (std::size_t i = 0; i < v.size(); ++i) v[i] += response.change[i];
   for (std::size_t k = 0; k < changes.size(); ++k) v[changes[k].v] = after[k];  // exactly

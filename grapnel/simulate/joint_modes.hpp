@@ -137,8 +137,8 @@ class JointModes {
   /// zero if they are below the rest rate; of several at one instant the minimum restitution applies to all. Joints
   /// resting on a stop remain there if that needs a push. Stuck joints slide: friction has no effect in an impact.
   /// Changes q (to the exact end of the range) and v. Returns whether any impact occurred.
-  bool meet_stops(double time, std::span<double> q, std::span<double> v,
-                  const std::function<ImpulseResponse(std::span<const RateChange>)>& respond);
+  bool apply_stop_impacts(double time, std::span<double> q, std::span<double> v,
+                          const std::function<ImpulseResponse(std::span<const RateChange>)>& respond);
   /// Energy loss of the whole system in the last impact, all stops together [J].
   double last_energy_lost() const { return last_energy_lost_; }
 

@@ -64,16 +64,16 @@ JointPoint clenshaw(const std::vector<double>& c, double x) {
   return {c[0] + x * b1 - b2, b1 + x * d1 - d2, 2 * d1 + x * e1 - e2};
 }
 
-JointPoint evaluate_piece(const JointPiece& piece, double t) {
-  if (const auto* path = std::get_if<JointPath>(&piece.shape)) return evaluate(*path, t - piece.begin);
-  const double half = 0.5 * (piece.end - piece.begin);
-  const double x = std::clamp((t - 0.5 * (piece.begin + piece.end)) / half, -1.0, 1.0);
-  const JointPoint p = clenshaw(std::get<ChebyshevPiece>(piece.shape).coefficients, x);
+JointPoint evaluate_segment(const JointSegment& segment, double t) {
+  if (const auto* path = std::get_if<JointPath>(&segment.shape)) return evaluate(*path, t - segment.begin);
+  const double half = 0.5 * (segment.end - segment.begin);
+  const double x = std::clamp((t - 0.5 * (segment.begin + segment.end)) / half, -1.0, 1.0);
+  const JointPoint p = clenshaw(std::get<ChebyshevSegment>(segment.shape).coefficients, x);
   return {p.position, p.rate / half, p.acceleration / (half * half)};
 }
 
 // The cubic with the given ends as a Chebyshev series on its interval of length h.
-ChebyshevPiece hermite_cubic(double p0, double p1, double v0, double v1, double h) {
+ChebyshevSegment hermite_cubic(double p0, double p1, double v0, double v1, double h) {
   // With x in [-1, 1]: a + b x + c x^2 + d x^3, from values and slopes (h/2) v at the ends.
   const double s0 = 0.5 * h * v0, s1 = 0.5 * h * v1;
   const double a = 0.5 * (p0 + p1) + 0.25 * (s0 - s1), b = 0.75 * (p1 - p0) - 0.25 * (s0 + s1);
@@ -118,68 +118,68 @@ std::vector<double> spline_rates(std::span<const double> t, std::span<const doub
 
 JointTrajectory JointTrajectory::at_rest(double position) {
   JointTrajectory trajectory;
-  trajectory.pieces.push_back({0, 1, ChebyshevPiece{{position}}});
+  trajectory.segments.push_back({0, 1, ChebyshevSegment{{position}}});
   return trajectory;
 }
 
-// Time t => point of the trajectory; at a common end of two pieces the later one.
+// Time t => point of the trajectory; at a common end of two segments the later one.
 JointPoint evaluate(const JointTrajectory& trajectory, double t) { return evaluate(trajectory, t, t); }
 
-// Time t => point on the piece that contains `inside`, a time of the same smooth interval. Before the first piece and
-// after the last, the end position with the end rate and zero acceleration.
+// Time t => point on the segment that contains `inside`, a time of the same smooth interval. Before the first segment
+// and after the last, the end position with the end rate and zero acceleration.
 JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside) {
-  const auto& pieces = trajectory.pieces;
-  if (pieces.empty()) return {};
-  if (inside < pieces.front().begin) {
-    const JointPoint first = evaluate_piece(pieces.front(), pieces.front().begin);
+  const auto& segments = trajectory.segments;
+  if (segments.empty()) return {};
+  if (inside < segments.front().begin) {
+    const JointPoint first = evaluate_segment(segments.front(), segments.front().begin);
     return {first.position, first.rate, 0};
   }
-  if (inside >= pieces.back().end) {
-    const JointPoint last = evaluate_piece(pieces.back(), pieces.back().end);
-    return {last.position, last.rate, inside > pieces.back().end ? 0 : last.acceleration};
+  if (inside >= segments.back().end) {
+    const JointPoint last = evaluate_segment(segments.back(), segments.back().end);
+    return {last.position, last.rate, inside > segments.back().end ? 0 : last.acceleration};
   }
-  const auto next =
-      std::upper_bound(pieces.begin(), pieces.end(), inside, [](double x, const JointPiece& p) { return x < p.begin; });
-  return evaluate_piece(*(next - 1), t);
+  const auto next = std::upper_bound(segments.begin(), segments.end(), inside,
+                                     [](double x, const JointSegment& p) { return x < p.begin; });
+  return evaluate_segment(*(next - 1), t);
 }
 
-// Trajectory => begin of every piece and end of the last, in order; without the outer ends of constant pieces, where
-// nothing changes.
+// Trajectory => begin of every segment and end of the last, in order; without the outer ends of constant segments,
+// where nothing changes.
 std::vector<double> break_times(const JointTrajectory& trajectory) {
   std::vector<double> times;
-  if (trajectory.pieces.empty()) return times;
-  const auto is_constant = [](const JointPiece& piece) {
-    const auto* series = std::get_if<ChebyshevPiece>(&piece.shape);
+  if (trajectory.segments.empty()) return times;
+  const auto is_constant = [](const JointSegment& segment) {
+    const auto* series = std::get_if<ChebyshevSegment>(&segment.shape);
     return series != nullptr && series->coefficients.size() == 1;
   };
-  for (const JointPiece& piece : trajectory.pieces) times.push_back(piece.begin);
-  times.push_back(trajectory.pieces.back().end);
-  if (is_constant(trajectory.pieces.back())) times.pop_back();
-  if (is_constant(trajectory.pieces.front())) times.erase(times.begin());
+  for (const JointSegment& segment : trajectory.segments) times.push_back(segment.begin);
+  times.push_back(trajectory.segments.back().end);
+  if (is_constant(trajectory.segments.back())) times.pop_back();
+  if (is_constant(trajectory.segments.front())) times.erase(times.begin());
   return times;
 }
 
-// Trajectory => nothing; throws std::invalid_argument if a piece is empty or not finite, leaves a gap, has a path of
+// Trajectory => nothing; throws std::invalid_argument if a segment is empty or not finite, leaves a gap, has a path of
 // another duration, or a series without coefficients.
 void validate(const JointTrajectory& trajectory) {
-  const JointPiece* before = nullptr;
-  for (const JointPiece& piece : trajectory.pieces) {
-    if (!std::isfinite(piece.begin) || !std::isfinite(piece.end) || !(piece.end > piece.begin)) {
+  const JointSegment* before = nullptr;
+  for (const JointSegment& segment : trajectory.segments) {
+    if (!std::isfinite(segment.begin) || !std::isfinite(segment.end) || !(segment.end > segment.begin)) {
       throw std::invalid_argument("joint trajectory: a piece must end after it begins");
     }
-    if (before != nullptr && piece.begin != before->end) {
+    if (before != nullptr && segment.begin != before->end) {
       throw std::invalid_argument("joint trajectory: a piece must begin where the previous one ends");
     }
-    if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
+    if (const auto* path = std::get_if<JointPath>(&segment.shape)) {
       // An end computed as begin + duration is exact to within the rounding of the times.
-      const double rounding = 1e-12 * (std::abs(piece.begin) + std::abs(piece.end));
-      if (!(std::abs(piece.end - piece.begin - path->duration) <= rounding)) {
+      const double rounding = 1e-12 * (std::abs(segment.begin) + std::abs(segment.end));
+      if (!(std::abs(segment.end - segment.begin - path->duration) <= rounding)) {
         throw std::invalid_argument("joint trajectory: a path must last as long as its piece");
       }
-    } else if (std::get<ChebyshevPiece>(piece.shape).coefficients.empty()) {
+    } else if (std::get<ChebyshevSegment>(segment.shape).coefficients.empty()) {
       throw std::invalid_argument("joint trajectory: a series needs coefficients");
     }
-    before = &piece;
+    before = &segment;
   }
 }
 
@@ -191,7 +191,7 @@ double chebyshev_point(double begin, double end, int k, int n) {
 
 // Values at n + 1 Chebyshev points cos(pi k/n), from x = -1 to x = +1 => coefficients of the interpolating series, by
 // the discrete cosine transform. Throws std::invalid_argument for fewer than two values.
-ChebyshevPiece chebyshev_interpolant(std::span<const double> values) {
+ChebyshevSegment chebyshev_interpolant(std::span<const double> values) {
   const int n = static_cast<int>(values.size()) - 1;
   if (n < 1) throw std::invalid_argument("chebyshev_interpolant: at least two values are needed");
   // c_m = (2/n) sum''_k f_k cos(pi m k'/n), k' counted from the end at x = +1; double primes halve the ends' terms.
@@ -226,7 +226,7 @@ JointTrajectory interpolate_samples(std::span<const double> times, std::span<con
       rates.empty() ? spline_rates(times, positions) : std::vector<double>(rates.begin(), rates.end());
   JointTrajectory trajectory;
   for (std::size_t k = 0; k + 1 < n; ++k) {
-    trajectory.pieces.push_back(
+    trajectory.segments.push_back(
         {times[k], times[k + 1],
          hermite_cubic(positions[k], positions[k + 1], v[k], v[k + 1], times[k + 1] - times[k])});
   }

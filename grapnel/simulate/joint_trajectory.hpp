@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Motion of one joint over a whole phase: consecutive pieces in time, each a profile between two points or a
+/// Motion of one joint over a whole phase: consecutive segments in time, each a profile between two points or a
 /// polynomial.
 
 #include <span>
@@ -42,48 +42,48 @@ JointPoint evaluate(const JointPath& path, double t);
 
 /// A polynomial on [begin, end] as a series in Chebyshev polynomials of the first kind of
 /// x = (2 t - begin - end) / (end - begin): position = sum_k coefficients[k] T_k(x).
-struct ChebyshevPiece {
+struct ChebyshevSegment {
   std::vector<double> coefficients;  // at least one [rad or m]
 };
 
-/// One piece. The time of a JointPath is relative to `begin`, and its duration is end - begin.
-struct JointPiece {
+/// One segment. The time of a JointPath is relative to `begin`, and its duration is end - begin.
+struct JointSegment {
   double begin = 0;  // [s], absolute
   double end = 0;
-  std::variant<JointPath, ChebyshevPiece> shape;
+  std::variant<JointPath, ChebyshevSegment> shape;
 };
 
-/// Pieces in the order of time; each begins where the previous one ends. Before the first and after the last piece,
+/// Segments in the order of time; each begins where the previous one ends. Before the first and after the last segment,
 /// position and rate keep the values of that end (as the thesis's reference does), with zero acceleration. A trajectory
-/// without pieces is zero.
+/// without segments is zero.
 struct JointTrajectory {
-  std::vector<JointPiece> pieces;
+  std::vector<JointSegment> segments;
 
   JointTrajectory() = default;
   /// One profile that begins at `begin`.
-  JointTrajectory(double begin, const JointPath& path) : pieces{{begin, begin + path.duration, path}} {}
+  JointTrajectory(double begin, const JointPath& path) : segments{{begin, begin + path.duration, path}} {}
   /// A joint at rest at `position`.
   static JointTrajectory at_rest(double position);
 };
 
-/// Position, rate and acceleration at time t. At a common end of two pieces the later piece applies.
+/// Position, rate and acceleration at time t. At a common end of two segments the later segment applies.
 JointPoint evaluate(const JointTrajectory& trajectory, double t);
-/// The same by the piece that contains the time `inside`: at the ends of the piece, where the acceleration may jump,
-/// the limit from inside. Beyond its ends a piece keeps its end values.
+/// The same by the segment that contains the time `inside`: at the ends of the segment, where the acceleration may
+/// jump, the limit from inside. Beyond its ends a segment keeps its end values.
 JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside);
 
-/// Times at which the trajectory is not smooth: the ends of all pieces, except the outer ends of a constant.
+/// Times at which the trajectory is not smooth: the ends of all segments, except the outer ends of a constant.
 /// Increasing.
 std::vector<double> break_times(const JointTrajectory& trajectory);
 
-/// @throws std::invalid_argument if a piece does not end after it begins or does not begin where the previous one ends,
-/// a path has another duration than its piece, or a series has no coefficients.
+/// @throws std::invalid_argument if a segment does not end after it begins or does not begin where the previous one
+/// ends, a path has another duration than its segment, or a series has no coefficients.
 void validate(const JointTrajectory& trajectory);
 
 /// The series that interpolates values given at the Chebyshev-Lobatto points t_k = middle + half cos(pi (n - k) / n),
 /// k = 0 ... n (increasing in time), n >= 1. Lloyd N. Trefethen, Approximation Theory and Approximation Practice
 /// (2013), chapters 2 and 3.
-ChebyshevPiece chebyshev_interpolant(std::span<const double> values);
+ChebyshevSegment chebyshev_interpolant(std::span<const double> values);
 
 /// The k-th of n + 1 Chebyshev-Lobatto points of [begin, end], increasing; exact at the ends.
 double chebyshev_point(double begin, double end, int k, int n);

@@ -13,8 +13,8 @@ constexpr double kSquare = 1e-9;  // tolerance of unit lengths and right angles
 double eccentric_anomaly(double M, double e) {
   if (e == 0) return M;
   double E = e < 0.8 ? M + e * std::sin(M) : std::copysign(std::numbers::pi, M);
-  constexpr int kMost = 30;  // 5 suffice up to e = 0.8
-  for (int i = 0; i < kMost; ++i) {
+  constexpr int kMaxIterations = 30;  // 5 suffice up to e = 0.8
+  for (int i = 0; i < kMaxIterations; ++i) {
     const double step = (E - e * std::sin(E) - M) / (1 - e * std::cos(E));
     E -= step;
     if (!(std::abs(step) > 1e-15)) break;

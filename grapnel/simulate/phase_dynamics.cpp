@@ -123,7 +123,7 @@ void PhaseDynamics::check_and_classify() {
     if (joint.motor || joint.limits.stop || friction.model == JointFriction::Model::sticking) measured_.push_back(j);
   }
   modes_ = JointModes(model_, prescribed_);
-  told_.assign(motor_.size(), 0.0);
+  smooth_effort_.assign(motor_.size(), 0.0);
   at_rest_.assign(now_.v.size(), 0.0);
   if (setup_.held_root >= 0) {
     if (!is_free_root(setup_.held_root)) throw std::invalid_argument("PhaseDynamics: only a free root can be held");
@@ -388,7 +388,7 @@ Vector3d PhaseDynamics::arms_ahead() {
 }
 
 // The output of a joint's law with gains.
-double PhaseDynamics::said_by_law(std::size_t joint) const {
+double PhaseDynamics::law_output(std::size_t joint) const {
   const JointDrive& drive = setup_.drives[joint];
   const Body& body = model_.bodies()[model_.joints()[joint]];
   return control_law::command(drive.control, drive.kp, drive.kd, reference_[joint], now_.q[body.q], now_.v[body.v]);
@@ -404,13 +404,13 @@ void PhaseDynamics::gather_beside(double t) {
     beside_[body.v] = friction_of(j);
     if (joint.spring) beside_[body.v] += joint.spring->effort(now_.q[body.q]);
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
-      beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
+      beside_[body.v] += joint_motor::within_line(joint, law_output(j), now_.v[body.v]);
   }
   base_.add_beside(t, now_, motor_, beside_);
 }
 
 // Calls the controller.
-void PhaseDynamics::ask_controller(double t) {
+void PhaseDynamics::call_controller(double t) {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
     if (setup_.drives[j].control == JointControl::free) sensed_[j] = {};
@@ -453,7 +453,7 @@ void PhaseDynamics::begin_control(double t, double end) {
     throw std::logic_error("PhaseDynamics: thrusters cannot be integrated backwards");
   same_time_ = break_resolution(t, end);
   base_.begin(t, same_time_);
-  if (has_controller_) setup_.controller->begin_piece(law_model(), t);
+  if (has_controller_) setup_.controller->begin_segment(law_model(), t);
 }
 
 // Velocities at a sample time => nothing; throws ControllerError with the time and the joint if a speed, except of
@@ -513,16 +513,16 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
   }
   sampling_ = false;
   const std::vector<int>& channels = *setup_.channels;
-  ControlClock::Command said{std::vector<double>(channels.size()), base_.asked(), base_.wheel_rates(now_.v),
-                             commanded_actuators_};
+  ControlClock::Command sampled_command{std::vector<double>(channels.size()), base_.commanded_torque(),
+                                        base_.wheel_rates(now_.v), commanded_actuators_};
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(channels[c]);
-    if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
+    if (works_by_effort(output_of(setup_.drives[j].control))) sampled_command.effort[c] = smooth_effort_[j];
   }
-  setup_.clock->command(std::move(said), t, same_time_);
+  setup_.clock->command(std::move(sampled_command), t, same_time_);
 }
 
-double PhaseDynamics::begin_smooth_piece(double begin, double end, std::span<const double> y) {
+double PhaseDynamics::begin_smooth_interval(double begin, double end, std::span<const double> y) {
   enter_interval(begin, end);
   tick(begin, y);
   choose_modes(begin, y);
@@ -542,7 +542,7 @@ void PhaseDynamics::actuate() {
     const Body& body = model_.bodies()[model_.joints()[j]];
     friction_[j] = friction_of(j);
     if (const auto& spring = body.description.joint.spring) spring_[j] = spring->effort(now_.q[body.q]);  // (22.1)
-    motor_[j] = told_[j] = 0;
+    motor_[j] = smooth_effort_[j] = 0;
     const ControlOutput output = output_of(drive.control);
     if (!works_by_effort(output)) continue;
     if (!laws_command()) {
@@ -553,11 +553,11 @@ void PhaseDynamics::actuate() {
       motor_[j] = output_of_motor(j, commanded_effort_[j]);
       continue;
     }
-    const double said = said_by_law(j);
+    const double law_value = law_output(j);
     if (output == ControlOutput::effort) {
-      motor_[j] = output_of_motor(j, said);
+      motor_[j] = output_of_motor(j, law_value);
     } else {
-      acceleration_[body.v] = said;
+      acceleration_[body.v] = law_value;
     }
   }
 }
@@ -574,10 +574,10 @@ double PhaseDynamics::friction_of(std::size_t joint) const {
 }
 
 // The motor's effort for a commanded effort.
-double PhaseDynamics::output_of_motor(std::size_t joint, double told) {
+double PhaseDynamics::output_of_motor(std::size_t joint, double commanded) {
   const Body& body = model_.bodies()[model_.joints()[joint]];
-  told_[joint] = joint_motor::within_line(body.description.joint, told, now_.v[body.v]);
-  return joint_motor::with_ripple(body.description.joint, told_[joint], now_.q[body.q]);
+  smooth_effort_[joint] = joint_motor::within_line(body.description.joint, commanded, now_.v[body.v]);
+  return joint_motor::with_ripple(body.description.joint, smooth_effort_[joint], now_.q[body.q]);
 }
 
 // Accelerations under force_, and the forces of the prescribed ones.
@@ -614,7 +614,7 @@ const std::vector<double>& PhaseDynamics::commanded_forces() {
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
   open_stresses_.reset();
-  if (has_controller_ && laws_command()) ask_controller(t);
+  if (has_controller_ && laws_command()) call_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
   if (base_.root() >= 0) drive_root();
@@ -646,7 +646,7 @@ void PhaseDynamics::accelerate(double t) {
   }
   for (std::size_t j = 0; j < motor_.size(); ++j) {
     if (output_of(setup_.drives[j].control) == ControlOutput::motion) {
-      motor_[j] = told_[j] = workspace_.force[velocity_of(j)] - friction_[j] - spring_[j];
+      motor_[j] = smooth_effort_[j] = workspace_.force[velocity_of(j)] - friction_[j] - spring_[j];
     }
   }
   for (const JointModes::Joint& joint : modes_.joints()) {
@@ -688,7 +688,7 @@ void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
 
 // Time and y => y after impacts at stops (19.2). First, residual rates after reversals are set to zero by impulses;
 // energy lost and impulses are added to the integrals in y.
-void PhaseDynamics::meet_stops(double t, std::span<double> y) {
+void PhaseDynamics::apply_stop_impacts(double t, std::span<double> y) {
   if (modes_.empty()) return;
   const std::size_t nq = now_.q.size(), nv = now_.v.size();
   const std::span<double> v = y.subspan(nq, nv);
@@ -701,7 +701,7 @@ void PhaseDynamics::meet_stops(double t, std::span<double> y) {
   }
   load(t, y);
   const auto respond = [&](std::span<const JointModes::RateChange> changes) { return respond_to(changes, false); };
-  if (modes_.meet_stops(t, y.first(nq), v, respond)) {
+  if (modes_.apply_stop_impacts(t, y.first(nq), v, respond)) {
     y[nq + nv + kFrictionWork] -= modes_.last_energy_lost();
     book_impulses(y);
   }
@@ -811,7 +811,7 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
 }
 
 // Time and y => dy/dt: coordinate rates, accelerations by (4.8) to (4.12) or, with closures, (8.6), powers and external
-// wrenches as rates of the integrals. Contradicting closures give NaN, and trouble_ records the cause.
+// wrenches as rates of the integrals. Contradicting closures give NaN, and loop_failure_ records the cause.
 void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<double> dydt) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   load(t, y);
@@ -819,13 +819,13 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   if (solver_ && !(solver_->contradiction() <= loop_limits::kContradiction)) {
     // No motion satisfies the closures: returns non-finite rates; a shorter step may avoid this.
     if (std::isfinite(solver_->contradiction())) {
-      trouble_ =
-          Trouble{t, solver_->contradiction(), solver_->rank(), solver_->least_pivot(), solver_->contradicting_row()};
+      loop_failure_ =
+          LoopFailure{t, solver_->contradiction(), solver_->rank(), solver_->min_pivot(), solver_->contradicting_row()};
     }
     std::fill(dydt.begin(), dydt.end(), std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  trouble_.reset();
+  loop_failure_.reset();
   coordinate_rates(model_, now_.q, now_.v, dydt.first(nq));
   std::copy(vdot_.begin(), vdot_.end(), dydt.begin() + nq);
   const std::span<double> integrals = dydt.subspan(nq + nv, integral_count());
@@ -857,7 +857,7 @@ void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
     const double rate = now_.v[body.v];
     at[kJointMotor] = motor_[j] * rate;
     at[kJointFriction] = friction_[j] * rate;
-    at[kJointCopper] = joint_motor::copper_power(body.description.joint, told_[j]);
+    at[kJointCopper] = joint_motor::copper_power(body.description.joint, smooth_effort_[j]);
     at += kJointCount;
   }
 }
@@ -897,13 +897,14 @@ ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
   return largest;
 }
 
-std::string PhaseDynamics::trouble() const {
-  if (!trouble_) return {};
+std::string PhaseDynamics::loop_failure() const {
+  if (!loop_failure_) return {};
   return fmt::format(
       "at t = {:.9g} s no motion satisfies the closed loops: {} contradicts the other closures or prescribed joints "
       "({:.2g} of the current accelerations; rank {} of {} rows, least pivot {:.2g}): a singular configuration, or "
       "joints that are driven against the loop",
-      trouble_->time, trouble_->row, trouble_->contradiction, trouble_->rank, solver_->rows(), trouble_->least_pivot);
+      loop_failure_->time, loop_failure_->row, loop_failure_->contradiction, loop_failure_->rank, solver_->rows(),
+      loop_failure_->min_pivot);
 }
 
 MomentumDefect PhaseDynamics::momentum_corrected(std::span<const double> y) {

@@ -133,13 +133,13 @@ class PhaseDynamics {
   double next_edge(double t, double end) const { return base_.next_edge(t, end); }
   /// Begins a smooth piece, in y, between the neighbouring breaks `begin` and `end`: enter_interval(), tick() and
   /// choose_modes(). Returns its end: `end`, or an earlier edge of an actuator. @throws ControllerError as tick().
-  double begin_smooth_piece(double begin, double end, std::span<const double> y);
+  double begin_smooth_interval(double begin, double end, std::span<const double> y);
   /// Advances to the time t, in y: at a sample time of the clock, reads sensors and evaluates laws; due commands begin
   /// to act. Does nothing without a clock. @throws ControllerError, also if the control is unstable: a speed exceeds
   /// kRunaway.
   void tick(double t, std::span<const double> y);
 
-  /// The drives under a clock that are independent of the state, from begin_smooth_piece() to that piece's end; the
+  /// The drives under a clock that are independent of the state, from begin_smooth_interval() to that piece's end; the
   /// thrusters' wrench is separate (BaseActuation::thrust_at). Joints with a JointMotor, and wheels at their maximum
   /// rates, give what their rates permit instead. Valid until the next evaluation.
   struct HeldDrive {
@@ -149,7 +149,7 @@ class PhaseDynamics {
   HeldDrive held_drive();
 
   /// Computes impacts of joints at their stops, in y at t, which changes. Does nothing without stops.
-  void meet_stops(double t, std::span<double> y);
+  void apply_stop_impacts(double t, std::span<double> y);
   /// Joints with static friction or stops.
   const JointModes& joint_modes() const { return modes_; }
   /// Whether modes of the base's actuators or of joints can change: then choose_modes() is needed at the beginning of
@@ -181,7 +181,7 @@ class PhaseDynamics {
   /// although efforts() has chosen one of them.
   Eigen::MatrixXd open_stresses() const { return open_stresses_ ? *open_stresses_ : solver_->self_stresses(); }
   /// Why the last dy/dt was not finite, if closures could not be satisfied; empty otherwise.
-  std::string trouble() const;
+  std::string loop_failure() const;
   /// The correction by recovered root velocities: the largest deviation, over the trees, of the momentum of the
   /// integrated velocities in y. Zero if they are not recovered.
   MomentumDefect momentum_corrected(std::span<const double> y);
@@ -219,9 +219,9 @@ class PhaseDynamics {
   void check_gyros();
   /// Whether laws are evaluated now; otherwise the held commands act.
   bool laws_command() const { return !setup_.clock || sampling_; }
-  double said_by_law(std::size_t joint) const;
+  double law_output(std::size_t joint) const;
   void gather_beside(double t);
-  void ask_controller(double t);
+  void call_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
   const ActuatorCommands& commands() const;
@@ -235,7 +235,7 @@ class PhaseDynamics {
   JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
   void book_impulses(std::span<double> y);
   double friction_of(std::size_t joint) const;
-  double output_of_motor(std::size_t joint, double told);
+  double output_of_motor(std::size_t joint, double commanded);
   template <class Add>
   void add_ground(Add&& add) const;
   void add_joint_integrals(std::span<double> integrals);
@@ -286,7 +286,7 @@ class PhaseDynamics {
   std::vector<std::size_t> measured_;             // joints with their own integrals
   std::vector<double> rounding_;                  // of holding efforts, per joint
   std::optional<Eigen::MatrixXd> open_stresses_;  // before the friction of stuck joints was chosen
-  std::vector<double> told_;                      // per joint: its motor's effort without ripple
+  std::vector<double> smooth_effort_;             // per joint: its motor's effort without ripple
   std::vector<double> at_rest_;                   // zero velocities
   double momenta_time_ = 0;                       // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;     // per free root, at the start of the phase
@@ -299,14 +299,14 @@ class PhaseDynamics {
   std::optional<Workspace> law_workspace_;
   std::optional<LoopSolver> law_solver_;
   std::vector<double> law_vdot_;
-  struct Trouble {
+  struct LoopFailure {
     double time;
     double contradiction;
     int rank;
-    double least_pivot;
+    double min_pivot;
     std::string row;
   };
-  std::optional<Trouble> trouble_;
+  std::optional<LoopFailure> loop_failure_;
   std::vector<double> loaded_;  // scratch of project(): q and v before
   bool has_dampers_ = false;    // at joints with springs
   bool has_friction_ = false;   // in a joint that is not prescribed

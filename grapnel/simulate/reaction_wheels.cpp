@@ -108,8 +108,8 @@ void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
   Vector3d rest = torque;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     if (mode(i) != Mode::beyond) continue;
-    const double asked = -factor(with_it_[i], torque) * dot(with_it_[i][i], torque);
-    const double u = signs_[i] * std::min(0.0, signs_[i] * asked);
+    const double commanded = -factor(with_it_[i], torque) * dot(with_it_[i][i], torque);
+    const double u = signs_[i] * std::min(0.0, signs_[i] * commanded);
     effort[wheels_[i].joint] = u;
     rest += u * wheels_[i].axis;
   }
@@ -122,8 +122,8 @@ void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
 
 void WheelArray::drive_each(std::span<const double> torques, std::span<double> effort) const {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const double told = torques.empty() ? 0 : torques[i];
-    double u = std::clamp(told, -wheels_[i].torque, wheels_[i].torque);
+    const double commanded = torques.empty() ? 0 : torques[i];
+    double u = std::clamp(commanded, -wheels_[i].torque, wheels_[i].torque);
     if (mode(i) == Mode::beyond) u = signs_[i] * std::min(0.0, signs_[i] * u);
     if (mode(i) != Mode::held) effort[wheels_[i].joint] = u;
   }

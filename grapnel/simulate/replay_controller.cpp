@@ -23,12 +23,12 @@ ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::ve
   };
   if (rows == 0 || log_->efforts.size() != names_.size() || has_other_rows(log_->efforts) ||
       has_other_rows(log_->wheel_torque) || has_other_rows(log_->gimbal_rate) || has_other_rows(log_->thruster) ||
-      (log_->tells_actuators() && !log_->base_torque.empty()) ||
+      (log_->commands_actuators() && !log_->base_torque.empty()) ||
       (!log_->base_torque.empty() && log_->base_torque.size() != rows))
     throw std::invalid_argument("ReplayController: the log needs a column of each joint and a number in every row");
 }
 
-void ReplayController::begin_piece(const Model& model, double) {
+void ReplayController::begin_segment(const Model& model, double) {
   joints_.clear();
   for (const std::string& name : names_) joints_.push_back(joint_named(model, name));
 }
@@ -43,13 +43,13 @@ void ReplayController::update(const ControlInput& input, ControlCommand& command
   const auto row = static_cast<std::size_t>(next - times.begin() - 1);
   for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = log_->efforts[j][row];
   if (!log_->base_torque.empty()) command.base_torque = log_->base_torque[row];
-  const auto tell = [&](const std::vector<std::vector<double>>& columns, std::vector<double>& told) {
-    told.clear();
-    for (const std::vector<double>& column : columns) told.push_back(column[row]);
+  const auto copy_row = [&](const std::vector<std::vector<double>>& columns, std::vector<double>& values) {
+    values.clear();
+    for (const std::vector<double>& column : columns) values.push_back(column[row]);
   };
-  tell(log_->wheel_torque, command.actuators.wheel_torque);
-  tell(log_->gimbal_rate, command.actuators.gimbal_rate);
-  tell(log_->thruster, command.actuators.thruster);
+  copy_row(log_->wheel_torque, command.actuators.wheel_torque);
+  copy_row(log_->gimbal_rate, command.actuators.gimbal_rate);
+  copy_row(log_->thruster, command.actuators.thruster);
 }
 
 }  // namespace grapnel

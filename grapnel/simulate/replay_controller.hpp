@@ -18,7 +18,7 @@ struct EffortLog {
   std::vector<Vector3d> base_torque;         // per time, on the base in its axes [N m]; empty: none
   /// Per actuator of the base, in the robot's order, per time, as in ActuatorCommands; empty: no commands of this kind.
   std::vector<std::vector<double>> wheel_torque = {}, gimbal_rate = {}, thruster = {};
-  bool tells_actuators() const { return !wheel_torque.empty() || !gimbal_rate.empty() || !thruster.empty(); }
+  bool commands_actuators() const { return !wheel_torque.empty() || !gimbal_rate.empty() || !thruster.empty(); }
 };
 
 /// Returns the last row whose time has been reached, within a millionth of a period; after the end the last row. Thread
@@ -30,7 +30,7 @@ class ReplayController final : public Controller {
   /// actuators.
   ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period);
   /// @throws ControllerError if the model lacks a joint.
-  void begin_piece(const Model& model, double time) override;
+  void begin_segment(const Model& model, double time) override;
   void update(const ControlInput& input, ControlCommand& command) override;
 
  private:

@@ -20,14 +20,14 @@ class OutputTimes {
   OutputTimes() = default;
   OutputTimes(double t0, double t1, const OutputGrid& grid)
       : t0_(t0), t1_(t1), origin_(grid.origin.value_or(t0)), step_(t1 < t0 ? -grid.interval : grid.interval) {
-    constexpr double kMost = 1e15;  // beyond, multiples are not distinguishable
-    if (!(grid.interval > 0) || !(std::abs((t0 - origin_) / step_) < kMost)) return;
+    constexpr double kMaxMultiple = 1e15;  // beyond, multiples are not distinguishable
+    if (!(grid.interval > 0) || !(std::abs((t0 - origin_) / step_) < kMaxMultiple)) return;
     const double direction = step_ < 0 ? -1 : 1, near = 1e-9 * grid.interval;
     const auto is_after_begin = [&](double k) { return (instant(k) - t0_) * direction > near; };
     const auto is_before_end = [&](std::size_t k) { return (t1_ - at(k)) * direction > near; };
     first_ = std::floor((t0 - origin_) / step_);
     while (!is_after_begin(first_)) ++first_;
-    regular_ = static_cast<std::size_t>(std::min(std::abs((t1 - t0) / step_), kMost));
+    regular_ = static_cast<std::size_t>(std::min(std::abs((t1 - t0) / step_), kMaxMultiple));
     if (is_before_end(regular_ + 1)) ++regular_;
     while (regular_ > 0 && !is_before_end(regular_)) --regular_;
   }
@@ -69,7 +69,7 @@ class PhaseRun {
     direction_ = t1 < t0 ? -1 : 1;
     const double begin = resumed_ ? resumed_->begin : t0;
     outputs_ = OutputTimes(begin, t1, grid);
-    next_check_ = begin, between_checks_ = (t1 - begin) / std::max(watch_.looks, 1);
+    next_check_ = begin, between_checks_ = (t1 - begin) / std::max(watch_.checks, 1);
     if (resumed_) {
       while (next_ < outputs_.size() && (t0 - outputs_[next_]) * direction_ >= 0) ++next_;
       pass_checks(t0);
@@ -81,7 +81,7 @@ class PhaseRun {
     ends.push_back(t1);
     try {
       dynamics_.begin_control(t0, t1);
-      dynamics_.meet_stops(t0, y0);
+      dynamics_.apply_stop_impacts(t0, y0);
       cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {
@@ -97,7 +97,7 @@ class PhaseRun {
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (std::size_t next = 0; next < ends.size();) {
-      const double end = dynamics_.begin_smooth_piece(begin, ends[next], begin == t0 ? y0 : stepper_.state());
+      const double end = dynamics_.begin_smooth_interval(begin, ends[next], begin == t0 ? y0 : stepper_.state());
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if constexpr (requires { stepper_.propose_step(0.0); }) {
@@ -153,7 +153,7 @@ class PhaseRun {
         "the loops cannot be closed at t = {:.9g} s: {:.3g} m and {:.3g} rad remain after projection (rank {} of {} "
         "rows, least pivot {:.2g})",
         t, result.after.position, result.after.angle, dynamics_.loops()->rank(), dynamics_.loops()->rows(),
-        dynamics_.loops()->least_pivot());
+        dynamics_.loops()->min_pivot());
   }
 
   void step() {
@@ -163,8 +163,8 @@ class PhaseRun {
     if (close_loops(stepper_.time(), y_, loop_limits::kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
   }
 
-  void look(double t, std::span<const double> y) {
-    watch_.look(t, dynamics_.state(t, y), dynamics_.integrals(y));
+  void check(double t, std::span<const double> y) {
+    watch_.check(t, dynamics_.state(t, y), dynamics_.integrals(y));
     pass_checks(t);
   }
   void pass_checks(double t) {
@@ -172,10 +172,10 @@ class PhaseRun {
   }
 
   // The observation between two steps; the end has a separate one.
-  void look_up(double t) {
+  void observe_between_steps(double t) {
     if (watch_.each_step) watch_.each_step(t);
-    if (watch_.look && stepper_.status() == StepStatus::running && (t - next_check_) * direction_ >= 0)
-      look(t, stepper_.state());
+    if (watch_.check && stepper_.status() == StepStatus::running && (t - next_check_) * direction_ >= 0)
+      check(t, stepper_.state());
   }
 
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
@@ -199,9 +199,9 @@ class PhaseRun {
         switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
       if (hit && switched) ((hit->time - switched->time) * direction_ <= 0 ? switched : hit).reset();
-      if (!hit && !switched) look_up(stepper_.time());
+      if (!hit && !switched) observe_between_steps(stepper_.time());
       const double reached = hit ? hit->time : switched ? switched->time : stepper_.time();
-      if (watch_.probe) look_into(reached);
+      if (watch_.probe) probe_step(reached);
       while (next_ < outputs_.size() && (reached - outputs_[next_]) * direction_ > 0) {
         stepper_.interpolate(dynamics_, outputs_[next_], std::span<double>(y_));
         output(outputs_[next_], y_);
@@ -215,17 +215,17 @@ class PhaseRun {
 
   // Modes of actuators or joints change inside the last step, which ends there; the motion restarts.
   void switch_at(double t, double smooth_end) {
-    constexpr long kMostSwitches = 100'000;
-    if (++switches_ > kMostSwitches) {
+    constexpr long kMaxSwitches = 100'000;
+    if (++switches_ > kMaxSwitches) {
       broken_off_ = fmt::format(
           "reaction wheels, thrusters or joints (at maximum rates, levels, stops or in static friction) "
           "change "
           "their modes more than {} times up to t = {:.9g} s",
-          kMostSwitches, t);
+          kMaxSwitches, t);
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
-    dynamics_.meet_stops(t, y_);
+    dynamics_.apply_stop_impacts(t, y_);
     dynamics_.choose_modes(t, y_);
     const double end = dynamics_.next_edge(t, smooth_end);
     count_steps();
@@ -244,7 +244,7 @@ class PhaseRun {
   }
 
   // Evaluates the last step, up to the end of the phase.
-  void look_into(double end) {
+  void probe_step(double end) {
     const std::function<PhaseSample(double)> at = [&](double t) {
       probed_.assign(stepper_.state().begin(), stepper_.state().end());
       if (t != stepper_.time()) stepper_.interpolate(dynamics_, t, std::span<double>(probed_));
@@ -268,7 +268,7 @@ class PhaseRun {
   // The next sample.
   void output(double t, std::span<const double> y) {
     ++next_;
-    if (watch_.look) look(t, y);
+    if (watch_.check) check(t, y);
     if (observe_) observe_(sample(t, y));
   }
 
@@ -289,13 +289,13 @@ class PhaseRun {
     outcome.stopped = stop_time_.has_value() && broken_off_.empty();
     outcome.finished = broken_off_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
     if (!outcome.finished) outcome.failure = broken_off_.empty() ? stepper_.explanation() : broken_off_;
-    if (!outcome.finished && !dynamics_.trouble().empty()) {
-      outcome.failure += "; " + dynamics_.trouble();
+    if (!outcome.finished && !dynamics_.loop_failure().empty()) {
+      outcome.failure += "; " + dynamics_.loop_failure();
     } else if (!outcome.finished && broken_off_.empty() && dynamics_.loops()) {
       outcome.failure += fmt::format(
           "; closed loops there: rank {} of {} rows ({} as the phase began), least pivot {:.2g} (small: near a "
           "singular configuration)",
-          dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
+          dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->min_pivot());
     }
     outcome.loops = loops_;
     outcome.loops.integration_error = relative_tolerance_ * done_.sum_of_error_estimates +

@@ -37,10 +37,10 @@ using StepProbe = std::function<void(const PhaseStep&)>;
 /// Observes a phase between its steps, for conservation checks without output: no instant is interpolated and no effort
 /// computed.
 struct StepWatch {
-  /// Called at the start, at the end, and after some steps between: the first that reaches each of `looks` - 1 evenly
+  /// Called at the start, at the end, and after some steps between: the first that reaches each of `checks` - 1 evenly
   /// spaced times. The state as from PhaseDynamics::state(); both are valid during the call.
-  std::function<void(double t, const State&, const PhaseIntegrals&)> look;
-  int looks = 32;
+  std::function<void(double t, const State&, const PhaseIntegrals&)> check;
+  int checks = 32;
   /// Called after every step, with the time reached: may end the phase by throwing, e.g. when its time limit is
   /// exceeded.
   std::function<void(double t)> each_step;
@@ -77,7 +77,7 @@ struct PhaseOutcome {
 
 /// Data of a phase that was integrated elsewhere up to the time from which it continues.
 struct PhaseResumption {
-  double begin = 0;          // start of the phase: reference of output instants and looks [s]
+  double begin = 0;          // start of the phase: reference of output instants and checks [s]
   PhaseIntegrals integrals;  // since then
   double next_step = 0;      // trial step of adaptive_8 [s]
 };

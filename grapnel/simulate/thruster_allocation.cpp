@@ -25,7 +25,7 @@ namespace {
 // Entries of the tableau below this are rounding errors; its rows and right-hand side are of size one.
 constexpr double kZero = 1e-11;
 // Maximum residual of the equations after phase one, relative to b.
-constexpr double kUnmet = 1e-9;
+constexpr double kInfeasible = 1e-9;
 
 // Rows: equations, then the reduced costs. The last column is the right-hand side.
 class Simplex {
@@ -43,7 +43,7 @@ class Simplex {
   }
 
   // Minimizes the sum of the equations' residuals.
-  double meet() {
+  double find_feasible() {
     const Eigen::Index m = rows();
     for (Eigen::Index i = 0; i < m; ++i) T_.row(m) -= T_.row(i);
     T_.row(m).segment(n_, m).setZero();
@@ -108,7 +108,7 @@ class Simplex {
       }
       Eigen::Index best = 0;
       T_.row(i).head(n_).cwiseAbs().maxCoeff(&best);
-      if (std::abs(T_(i, best)) > kUnmet) {
+      if (std::abs(T_(i, best)) > kInfeasible) {
         pivot(i, best);
         ++i;
         continue;
@@ -130,10 +130,9 @@ class Simplex {
 
 // A, b and costs c >= 0 => minimum-cost x >= 0 with A x = b, or empty if infeasible. Two-phase simplex method on scaled
 // columns; the corner is then solved from its basis. Throws std::invalid_argument for wrong sizes.
-std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
-                                          const Eigen::VectorXd& c) {
+std::optional<Eigen::VectorXd> min_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c) {
   if (A.rows() != b.size() || A.cols() != c.size() || (c.size() > 0 && c.minCoeff() < 0))
-    throw std::invalid_argument("least_cost: sizes do not fit, or a cost is negative");
+    throw std::invalid_argument("min_cost: sizes do not fit, or a cost is negative");
   Eigen::VectorXd x = Eigen::VectorXd::Zero(A.cols());
   if (b.size() == 0 || b.cwiseAbs().maxCoeff() == 0) return x;
   // Scales columns and right-hand side to size one, with the relative sizes of the rows unchanged.
@@ -146,7 +145,7 @@ std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen:
     S.col(j) *= scale[j];
   }
   Simplex simplex(S, b / size);
-  if (!(simplex.meet() <= kUnmet)) return {};
+  if (!(simplex.find_feasible() <= kInfeasible)) return {};
   Eigen::VectorXd cost = c.cwiseProduct(scale);
   if (cost.maxCoeff() > 0) cost /= cost.maxCoeff();
   simplex.minimize(cost);
@@ -154,7 +153,7 @@ std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen:
   const auto count = static_cast<Eigen::Index>(simplex.basis().size());
   Eigen::MatrixXd B(A.rows(), count);
   for (Eigen::Index k = 0; k < count; ++k) B.col(k) = S.col(simplex.basis()[static_cast<std::size_t>(k)]);
-  const Eigen::VectorXd corner = pseudo_inverse(B, kUnmet) * b;
+  const Eigen::VectorXd corner = pseudo_inverse(B, kInfeasible) * b;
   for (Eigen::Index k = 0; k < count; ++k) {
     const Eigen::Index j = simplex.basis()[static_cast<std::size_t>(k)];
     const bool is_rounding = std::abs(corner[k]) <= kZero * size;
@@ -181,9 +180,9 @@ ThrusterAllocation::ThrusterAllocation(std::span<const Thruster> thrusters, cons
   for (int k = 0; k < 6 && pure; ++k) {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(6);
     b[k / 2] = k % 2 == 0 ? 1 : -1;
-    const bool turns = least_cost(A_, b.head(3), cost_).has_value();
+    const bool turns = min_cost(A_, b.head(3), cost_).has_value();
     any = any || turns;
-    pure = !turns || least_cost(A, b, cost_).has_value();
+    pure = !turns || min_cost(A, b, cost_).has_value();
   }
   if (pure && any) A_ = A;
 }
@@ -191,7 +190,7 @@ ThrusterAllocation::ThrusterAllocation(std::span<const Thruster> thrusters, cons
 std::optional<std::vector<double>> ThrusterAllocation::on_times(const Vector3d& torque) const {
   Eigen::VectorXd b = Eigen::VectorXd::Zero(A_.rows());
   for (int k = 0; k < 3; ++k) b[k] = torque[k];
-  const std::optional<Eigen::VectorXd> x = least_cost(A_, b, cost_);
+  const std::optional<Eigen::VectorXd> x = min_cost(A_, b, cost_);
   if (!x) return {};
   return std::vector<double>(x->data(), x->data() + x->size());
 }

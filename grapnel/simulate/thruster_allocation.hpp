@@ -32,7 +32,7 @@ double mass_flow(const Thruster& thruster);
 /// min c x under A x = b, x >= 0, by the two-phase simplex method with Bland's rule, which ensures termination;
 /// redundant rows of A are dropped. Of equally cheap solutions the choice is deterministic. Empty: no x satisfies the
 /// equations (to 1e-9 of b). [Bland 1977] @throws std::invalid_argument if sizes do not match or a cost is negative.
-std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c);
+std::optional<Eigen::VectorXd> min_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c);
 
 /// On-times t >= 0 with minimum propellant with which thrusters give an impulse of torque, (18.2):
 ///
@@ -51,7 +51,7 @@ class ThrusterAllocation {
   /// For an impulse of torque in the body's axes [N m s], or on-times per second for a torque. Empty: infeasible.
   std::optional<std::vector<double>> on_times(const Vector3d& torque) const;
   /// Whether a torque along this direction can be given.
-  bool can_give(const Vector3d& direction) const { return on_times(direction).has_value(); }
+  bool can_provide(const Vector3d& direction) const { return on_times(direction).has_value(); }
   /// Torque about p of a thruster at full force, as known to the controller [N m].
   Vector3d torque(std::size_t thruster) const;
 

@@ -126,9 +126,9 @@ Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, cons
     double time = share * times[i];
     const double least = thrusters_[i].min_on_time;
     if (time < least) {
-      const double asked = time / least;
+      const double ratio = time / least;
       const bool was_on = valves_[i].pulsed;
-      const bool on = asked >= modulation.level_on || (asked > modulation.level_off && was_on);
+      const bool on = ratio >= modulation.level_on || (ratio > modulation.level_off && was_on);
       time = on ? least : 0;
     }
     valves_[i].pulsed = time > 0;

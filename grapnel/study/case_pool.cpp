@@ -20,20 +20,20 @@
 namespace grapnel {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{100};  // interval of reports of the calling thread
+constexpr std::chrono::milliseconds kReportInterval{100};  // interval of reports of the calling thread
 
 // State shared by the threads.
 class Pool {
  public:
   Pool(std::size_t jobs, std::size_t threads, const JobWork& work)
-      : work_(work), jobs_(jobs), most_waiting_(threads + 1), working_(threads) {}
+      : work_(work), jobs_(jobs), max_waiting_(threads + 1), working_(threads) {}
 
   // Main function of a computing thread.
   void compute() {
     try {
       for (std::size_t job = 0; take_job(job);) {
-        const RowSink hand_in = [&](std::vector<CaseRow> rows) { wait_and_hand_in(job, std::move(rows)); };
-        work_(job, hand_in, stop_.get_token());
+        const RowSink submit = [&](std::vector<CaseRow> rows) { wait_and_submit(job, std::move(rows)); };
+        work_(job, submit, stop_.get_token());
       }
     } catch (...) {
       const std::lock_guard lock(mutex_);
@@ -49,7 +49,7 @@ class Pool {
   void take_all(const PoolOptions& options, const TakeRows& take, CaseProgress& progress) {
     for (bool over = false; !over;) {
       std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kLook, [&] { return !waiting_.empty() || working_ == 0; });
+      changed_.wait_for(lock, kReportInterval, [&] { return !waiting_.empty() || working_ == 0; });
       std::optional<std::pair<std::size_t, std::vector<CaseRow>>> next;
       if (!waiting_.empty()) {
         next = std::move(waiting_.front());
@@ -85,9 +85,9 @@ class Pool {
     return true;
   }
 
-  void wait_and_hand_in(std::size_t job, std::vector<CaseRow> rows) {
+  void wait_and_submit(std::size_t job, std::vector<CaseRow> rows) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_.size() < most_waiting_ || abandoned_; });
+    changed_.wait(lock, [&] { return waiting_.size() < max_waiting_ || abandoned_; });
     if (abandoned_) return;
     waiting_.emplace_back(job, std::move(rows));
     changed_.notify_all();
@@ -95,7 +95,7 @@ class Pool {
 
   const JobWork& work_;
   const std::size_t jobs_;
-  const std::size_t most_waiting_;
+  const std::size_t max_waiting_;
   std::stop_source stop_;
   std::mutex mutex_;  // guards the following members
   std::condition_variable changed_;
@@ -189,17 +189,17 @@ struct Cost {
 };
 
 // Segments of a phase are named "post_impact", "post_impact_2".
-bool is_piece_of(const std::string& phase, const std::string& piece) {
-  return piece == phase || piece.starts_with(phase + "_");
+bool is_segment_of(const std::string& phase, const std::string& segment) {
+  return segment == phase || segment.starts_with(phase + "_");
 }
 
 // Over all segments of a phase.
 Cost cost_of(const CaptureResult& result, const std::string& phase) {
   Cost cost;
-  for (const PhaseCost& piece : result.cost) {
-    if (!is_piece_of(phase, piece.phase)) continue;
-    cost.steps += piece.steps;
-    cost.rejected += piece.rejected;
+  for (const PhaseCost& segment : result.cost) {
+    if (!is_segment_of(phase, segment.phase)) continue;
+    cost.steps += segment.steps;
+    cost.rejected += segment.rejected;
   }
   return cost;
 }
@@ -319,8 +319,8 @@ std::string listed(const std::vector<std::string>& causes) {
   return list;
 }
 
-void look_at(const std::string& phase, const CaptureResult& result, double duration,
-             const std::vector<std::string>& causes, std::vector<std::string>& lines) {
+void check_phase(const std::string& phase, const CaptureResult& result, double duration,
+                 const std::vector<std::string>& causes, std::vector<std::string>& lines) {
   const Cost cost = cost_of(result, phase);
   if (cost.steps < kFewSteps || !(static_cast<double>(cost.steps) > kManySteps * duration)) return;
   const std::string list = listed(causes);
@@ -335,7 +335,7 @@ void look_at(const std::string& phase, const CaptureResult& result, double durat
 std::string causes_of_short_steps(const CaptureProblem& problem, const std::string& phase) {
   if (problem.approach && phase.starts_with("approach")) return listed(causes_of_approach(problem));
   for (std::size_t k = problem.post_impact.size(); k-- > 0;) {
-    if (k == 0 || is_piece_of(phase_name(problem, k), phase))
+    if (k == 0 || is_segment_of(phase_name(problem, k), phase))
       return listed(causes_afterwards(problem, problem.post_impact[k]));
   }
   std::vector<std::string> causes;
@@ -347,12 +347,12 @@ std::vector<std::string> slow_phases(const CaptureProblem& problem, const Captur
   std::vector<std::string> lines;
   if (problem.approach) {
     const double duration = result.approach_end ? result.approach_end->time : problem.approach->duration;
-    look_at("approach", result, duration, causes_of_approach(problem), lines);
+    check_phase("approach", result, duration, causes_of_approach(problem), lines);
   }
   for (std::size_t k = 0; k < problem.post_impact.size(); ++k) {
     const PostImpactSetup& phase = problem.post_impact[k];
     const double duration = k < result.phases.size() ? result.phases[k].duration() : phase.duration;
-    look_at(phase_name(problem, k), result, duration, causes_afterwards(problem, phase), lines);
+    check_phase(phase_name(problem, k), result, duration, causes_afterwards(problem, phase), lines);
   }
   return lines;
 }

@@ -18,7 +18,7 @@ namespace grapnel {
 namespace {
 
 // Cases come in the order of the design's points.
-constexpr std::size_t kKept = 64;
+constexpr std::size_t kMaxStored = 64;
 
 bool is_of_robot(const std::string& path) { return path.starts_with("robot.") || path.starts_with("robot["); }
 
@@ -113,24 +113,24 @@ CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at
 std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t number) {
   {
     const std::lock_guard lock(mutex_);
-    const auto it = kept_.find(number);
-    if (it != kept_.end()) return it->second.get();
+    const auto it = stored_.find(number);
+    if (it != stored_.end()) return it->second.get();
   }
   // Two threads may compute the same point, with equal results.
   StoredPoint made;
   try {
     made.point = make(number);
   } catch (const std::exception&) {
-    made.trouble = std::current_exception();  // a failed search for a plan is cached too: it takes as long as a
-                                              // successful one, or longer
+    made.error = std::current_exception();  // a failed search for a plan is cached too: it takes as long as a
+                                            // successful one, or longer
   }
   const std::lock_guard lock(mutex_);
-  const auto [it, fresh] = kept_.emplace(number, std::move(made));
+  const auto [it, fresh] = stored_.emplace(number, std::move(made));
   if (!fresh) return it->second.get();
   const StoredPoint result = it->second;
   order_.push_back(number);
-  if (order_.size() > kKept) {
-    kept_.erase(order_.front());
+  if (order_.size() > kMaxStored) {
+    stored_.erase(order_.front());
     order_.pop_front();
   }
   return result.get();
@@ -138,7 +138,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t nu
 
 void CampaignPoints::forget() {
   const std::lock_guard lock(mutex_);
-  kept_.clear();
+  stored_.clear();
   order_.clear();
 }
 
@@ -148,7 +148,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   const CaptureProblem before = load_scenario(scenario, changed, files);
   StudyCase nominal{before, inward_normals(before)};
   apply_quantities(quantities_at(axes, at), nominal.problem);
-  keep_normals(before, nominal);
+  preserve_normals(before, nominal);
 
   auto made = std::make_shared<DesignPoint>();
   made->number = number;
@@ -179,7 +179,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   }
   fill_defaults(made->filled, scenario_schema_document());
   complete_places(drawn.choices ? those_of_file(paths, tree) : paths, made->filled, tree);
-  files.keep(made->file, {yaml_text(tree), {}, tree});
+  files.store(made->file, {yaml_text(tree), {}, tree});
   made->problem = load_scenario(made->file, made->of_robot, files);
   for (const UncertainPaths& where : paths) made->forms.push_back(form_at(where, made->filled, faults));
   faults.throw_if_any();
@@ -194,8 +194,8 @@ void CampaignPoints::expect_counts(const DesignPoint& design) const {
     const std::size_t here = design.forms[i].nominal.size();
     if (here == counts[i]) continue;
     throw std::runtime_error(
-        fmt::format("{}: at this point of the design there are {} numbers at {}, at its first point {}", paths[i].place,
-                    here, paths[i].paths[0], counts[i]));
+        fmt::format("{}: {} has {} numbers at this design point, but {} at the first; the number must not change",
+                    paths[i].place, paths[i].paths[0], here, counts[i]));
   }
 }
 

@@ -80,13 +80,13 @@ class CampaignPoints {
   // A point, or the reason for its absence.
   struct StoredPoint {
     std::shared_ptr<const DesignPoint> point;
-    std::exception_ptr trouble;
+    std::exception_ptr error;
     std::shared_ptr<const DesignPoint> get() const {
-      if (trouble) std::rethrow_exception(trouble);
+      if (error) std::rethrow_exception(error);
       return point;
     }
   };
-  std::map<std::uint64_t, StoredPoint> kept_;  // guarded by mutex_, as order_
+  std::map<std::uint64_t, StoredPoint> stored_;  // guarded by mutex_, as order_
   std::deque<std::uint64_t> order_;
 };
 

@@ -121,7 +121,7 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
   return root;
 }
 
-void keep_normals(const CaptureProblem& before, StudyCase& point) {
+void preserve_normals(const CaptureProblem& before, StudyCase& point) {
   for (std::size_t g = 0; g < point.problem.grasps.size(); ++g) {
     const GraspSetup& grasp = point.problem.grasps[g];
     if (grasp.grasp_point == before.grasps[g].grasp_point) continue;

@@ -24,7 +24,7 @@ void include_robot(Node& root, const std::filesystem::path& scenario, const Scen
 
 /// States the surface normal of grasp points whose approach direction was changed by quantities: `point` is `before`
 /// with quantities applied, and its inward normals are those of `before`.
-void keep_normals(const CaptureProblem& before, StudyCase& point);
+void preserve_normals(const CaptureProblem& before, StudyCase& point);
 
 /// Text of the scenario file `scenario` for `place`: `tree`, from which `before` was read, changed so that reading it
 /// gives `after`. Paths of robot and trajectory are relative to `place`. `suffix` is appended to the scenario's name,

@@ -314,11 +314,11 @@ struct Described<NamedCondition> {
   static constexpr Type type = structure<T>("condition", "", fields);
 };
 
-/// The mapping `worst` of a SeriesToKeep.
+/// The mapping `worst` of a SeriesSelection.
 struct WorstKeys;
 template <>
 struct Described<WorstKeys> {
-  using T = SeriesToKeep;
+  using T = SeriesSelection;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::worst>("count", "Number of cases.").at_least(0).at_most(100000).required(),
       field<&T::worst_by>("by", "Name of the column.").required(),
@@ -326,8 +326,8 @@ struct Described<WorstKeys> {
   static constexpr Type type = structure<T>("worst", "Number of cases with the largest values of a column.", fields);
 };
 template <>
-struct Described<SeriesToKeep> {
-  using T = SeriesToKeep;
+struct Described<SeriesSelection> {
+  using T = SeriesSelection;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::sample>("sample", "Number of first cases.").at_least(0).at_most(100000),
       field<&T::failures>("failures", "Number of first failed cases.").at_least(0).at_most(100000),

@@ -122,7 +122,7 @@ struct NamedCondition {
 };
 struct KeepFile {
   std::vector<std::string> columns;
-  SeriesToKeep series;
+  SeriesSelection series;
 };
 
 struct CampaignFile {

@@ -230,7 +230,7 @@ StudyCase OptimizationPoints::moved(const CaptureProblem& before, std::span<cons
   }
   point.inward_normals = inward_normals(point.problem);
   apply_quantities(quantities, point.problem);
-  keep_normals(before, point);
+  preserve_normals(before, point);
   return point;
 }
 

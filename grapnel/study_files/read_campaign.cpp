@@ -49,7 +49,7 @@ class CampaignReader {
     choose_columns();
     read_success();
     read_series();
-    keep_columns();
+    select_columns();
     faults_.throw_if_any();
     prefer_setters();
     if (warnings) points_->before_quantities(std::vector<std::size_t>(points_->axes.size(), 0), warnings);
@@ -210,17 +210,34 @@ class CampaignReader {
       for (const DrawnPlace& other : drawn_) {
         const Overlap how = overlap(place.steps, other.steps);
         if (how == Overlap::none) continue;
-        faults_.add(where.path_marks[p], fmt::format("{} draws {}, and {} {}", where.place, shortened(path),
-                                                     other.entry, said_of(how, path, other.path, "draws")));
+        faults_.add(where.path_marks[p], overlap_message(how, {where.place, path}, {other.entry, other.path}, kDraw));
       }
       drawn_.push_back(std::move(place));
     }
   }
 
-  static std::string said_of(Overlap how, const std::string& path, const std::string& other, const char* verb) {
-    if (path == other) return "does too";
-    if (how == Overlap::same) return "does too, as " + shortened(other);
-    return fmt::format("{} {}, {} it", verb, shortened(other), how == Overlap::part ? "which contains" : "a part of");
+  // An entry of the file and the path of the values that it changes.
+  struct EntryPath {
+    const std::string& entry;
+    const std::string& path;
+  };
+
+  struct Verb {
+    const char* plural;
+    const char* singular;
+  };
+  static constexpr Verb kDraw{"draw", "draws"}, kVary{"vary", "varies"};
+
+  // Two entries whose values overlap => the error.
+  static std::string overlap_message(Overlap how, const EntryPath& here, const EntryPath& other, const Verb& verb) {
+    const std::string path = shortened(here.path), other_path = shortened(other.path);
+    if (how == Overlap::same) {
+      const std::string alias = here.path == other.path ? "" : ", also named " + other_path;
+      if (here.entry == other.entry) return fmt::format("{} {} {} twice{}", here.entry, verb.singular, path, alias);
+      return fmt::format("{} and {} both {} {}{}", here.entry, other.entry, verb.plural, path, alias);
+    }
+    return fmt::format("{} {} {}, and {} {} {}, {} it", here.entry, verb.singular, path, other.entry, verb.singular,
+                       other_path, how == Overlap::part ? "which contains" : "a part of");
   }
 
   // A design axis has no effect if all its values are replaced by drawn values, or by those of another axis. The plan
@@ -268,8 +285,7 @@ class CampaignReader {
     if (a.path != first.shown.name || b.path != second.shown.name || a.path == b.path) return;
     const Overlap how = overlap(steps_of(b, scenario), steps_of(a, scenario));
     if (how == Overlap::same || how == Overlap::whole)
-      faults_.add(second.mark, fmt::format("{} varies {}, and {} {}", second.place, shortened(b.path), first.place,
-                                           said_of(how, b.path, a.path, "varies")));
+      faults_.add(second.mark, overlap_message(how, {second.place, b.path}, {first.place, a.path}, kVary));
   }
 
   // Every uncertain value alone, the others at their medians.
@@ -344,10 +360,10 @@ class CampaignReader {
     chosen_ = chosen_columns(list, columns_, faults_);
   }
 
-  std::vector<std::string> names(bool only_kept) const {
+  std::vector<std::string> names(bool only_selected) const {
     std::vector<std::string> all;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
-      if (!only_kept || chosen_[c]) all.push_back(columns_[c].name);
+      if (!only_selected || chosen_[c]) all.push_back(columns_[c].name);
     }
     for (const CampaignInput& input : result_.inputs) all.push_back(input.name);
     return all;
@@ -388,7 +404,7 @@ class CampaignReader {
         for (const std::size_t index : criterion.reads()) {
           if (index >= chosen_.size()) continue;
           chosen_[index] = true;
-          if (says_captured(columns_[index].name)) keep_why_captured();
+          if (is_capture_column(columns_[index].name)) select_capture_columns();
         }
       } catch (const CriterionError& error) {
         Mark mark = condition.mark;
@@ -400,38 +416,39 @@ class CampaignReader {
     }
   }
 
-  static bool says_captured(const std::string& name) {
+  static bool is_capture_column(const std::string& name) {
     return name == "captured" || (name.starts_with("grasps/") && name.ends_with("/captured"));
   }
   // Columns that give the reason for an open grasp, and whether an envelope was evaluated.
-  void keep_why_captured() {
+  void select_capture_columns() {
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const std::string& name = columns_[c].name;
-      if (says_captured(name) || name == "captured/judged" || column_matches("grasps/*/tolerance_used", name))
+      if (is_capture_column(name) || name == "captured/judged" || column_matches("grasps/*/tolerance_used", name))
         chosen_[c] = true;
     }
   }
 
   void read_series() {
-    const SeriesToKeep& keep = result_.series = file_.keep.series;
-    if (keep.worst_by.empty() || columns_.empty()) return;
+    const SeriesSelection& selected = result_.series = file_.keep.series;
+    if (selected.worst_by.empty() || columns_.empty()) return;
     std::vector<std::string> column_names;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       column_names.push_back(columns_[c].name);
-      if (columns_[c].name != keep.worst_by) continue;
+      if (columns_[c].name != selected.worst_by) continue;
       chosen_[c] = true;
       return;
     }
     const Node& worst = part(part(part(root_, "keep"), "series"), "worst");
-    faults_.add(part(worst, "by").mark, fmt::format("no column {} for keep.series.worst.by{}", in_quotes(keep.worst_by),
-                                                    suggestion(keep.worst_by, column_names, "columns")));
+    faults_.add(part(worst, "by").mark,
+                fmt::format("no column {} for keep.series.worst.by{}", in_quotes(selected.worst_by),
+                            suggestion(selected.worst_by, column_names, "columns")));
   }
 
-  void keep_columns() {
+  void select_columns() {
     if (!faults_.empty()) return;
-    const std::vector<std::string> kept = names(true);
+    const std::vector<std::string> selected = names(true);
     for (const Condition& condition : conditions())
-      result_.success.push_back(Criterion::parse(condition.text, kept, condition.name));
+      result_.success.push_back(Criterion::parse(condition.text, selected, condition.name));
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       if (chosen_[c]) result_.columns.push_back(std::move(columns_[c]));
     }

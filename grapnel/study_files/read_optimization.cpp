@@ -193,26 +193,26 @@ class OptimizationReader {
     if (const auto& objective = result_.maximize ? file.maximize : file.minimize)
       result_.objective = objective_of(*objective, part(root_, key), key, result_.maximize, result_.columns, faults_);
     result_.limits = limits_of(file.limits, part(root_, "limits"), result_.columns, faults_);
-    keep_columns();
+    select_columns();
     result_.columns.push_back(feasibility_column());
   }
 
   // Columns of every case, and the measured columns.
-  void keep_columns() {
-    std::vector<bool> kept;
-    for (const Column& column : result_.columns) kept.push_back(column.by_default);
+  void select_columns() {
+    std::vector<bool> selected;
+    for (const Column& column : result_.columns) selected.push_back(column.by_default);
     const auto each = [&](auto&& what) {
       for (ObjectiveTerm& term : result_.objective) what(term.measured.columns);
       for (OptimizationLimit& limit : result_.limits) what(limit.measured.columns);
     };
     each([&](const std::vector<std::size_t>& columns) {
-      for (const std::size_t column : columns) kept[column] = true;
+      for (const std::size_t column : columns) selected[column] = true;
     });
-    std::vector<std::size_t> place(kept.size());
+    std::vector<std::size_t> place(selected.size());
     std::vector<Column> columns;
-    for (std::size_t c = 0; c < kept.size(); ++c) {
+    for (std::size_t c = 0; c < selected.size(); ++c) {
       place[c] = columns.size();
-      if (kept[c]) columns.push_back(std::move(result_.columns[c]));
+      if (selected[c]) columns.push_back(std::move(result_.columns[c]));
     }
     result_.columns = std::move(columns);
     each([&](std::vector<std::size_t>& measured) {

@@ -38,10 +38,10 @@ class Points {
     for (std::size_t a = 0; a < axes.size(); ++a) {
       if (!axes[a].quantity) key.push_back(at[a]);
     }
-    if (auto kept = find(key)) return kept;
+    if (auto stored = find(key)) return stored;
     const Changed changed = changes(at);
     auto made = std::make_shared<const CaptureProblem>(load_scenario(changed.scenario, changed.changes, files_));
-    keep(key, made);
+    store(key, made);
     return made;
   }
 
@@ -63,7 +63,7 @@ class Points {
                             const std::string& comment) {
     const auto before = problem(at);
     StudyCase after = point(at);
-    keep_normals(*before, after);
+    preserve_normals(*before, after);
     const Changed changed = changes(at);
     std::string suffix;
     for (std::size_t a = 0; a < axes.size(); ++a) suffix += ", " + shown(axes[a].shown, at[a]);
@@ -93,25 +93,25 @@ class Points {
   }
 
   // Neighbouring points often differ only in quantities.
-  static constexpr std::size_t kKept = 64;
+  static constexpr std::size_t kMaxStored = 64;
 
   std::shared_ptr<const CaptureProblem> find(const Position& key) {
     const std::lock_guard lock(mutex_);
-    const auto it = kept_.find(key);
-    return it == kept_.end() ? nullptr : it->second;
+    const auto it = stored_.find(key);
+    return it == stored_.end() ? nullptr : it->second;
   }
-  void keep(const Position& key, std::shared_ptr<const CaptureProblem> made) {
+  void store(const Position& key, std::shared_ptr<const CaptureProblem> made) {
     const std::lock_guard lock(mutex_);
-    if (!kept_.emplace(key, std::move(made)).second) return;
+    if (!stored_.emplace(key, std::move(made)).second) return;
     order_.push_back(key);
-    if (order_.size() <= kKept) return;
-    kept_.erase(order_.front());
+    if (order_.size() <= kMaxStored) return;
+    stored_.erase(order_.front());
     order_.pop_front();
   }
 
   ScenarioFiles files_;
   std::mutex mutex_;
-  std::map<Position, std::shared_ptr<const CaptureProblem>> kept_;  // guarded by mutex_, as order_
+  std::map<Position, std::shared_ptr<const CaptureProblem>> stored_;  // guarded by mutex_, as order_
   std::deque<Position> order_;
 };
 

@@ -179,8 +179,10 @@ class UncertainReader {
     const bool needs_own = value_form_ != ValueForm::value || kind_ == "tilt" || read_.where.paths.size() > 1;
     if (form_.is_absent && needs_own) {
       fault(read_.where.path_marks[0],
-            fmt::format("the scenario has no value at {} for a relative value; add it there, or by 'set'",
-                        shortened(path())));
+            fmt::format(
+                "factor, offset and tilt require a value at {}, which the scenario does not have; add it there, or by "
+                "'set'",
+                shortened(path())));
       return false;
     }
     if (value_form_ == ValueForm::factor &&

@@ -6,12 +6,12 @@
 namespace grapnel {
 namespace {
 
-std::string printable(std::string_view text, std::string_view kept) {
+std::string printable(std::string_view text, std::string_view allowed) {
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = utf8_length(text, i);
-    const bool shown = length > 0 && (kept.find(text[i]) != std::string_view::npos || !is_control(text, i, length));
+    const bool shown = length > 0 && (allowed.find(text[i]) != std::string_view::npos || !is_control(text, i, length));
     if (shown)
       result += text.substr(i, length);
     else

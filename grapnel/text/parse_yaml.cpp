@@ -272,8 +272,8 @@ std::optional<Node> parse_document(const std::string& text, const std::shared_pt
   // The likely cause of a failure, else the parser's message.
   const auto blame = [&](const YAML::Mark& mark, const std::string& message, const YAML::Mark& noticed) {
     const std::size_t line = noticed.line < 0 ? text.size() : static_cast<std::size_t>(noticed.line);
-    if (const auto slip = likely_slip(text, line))
-      faults.add(places.at(slip->at), slip->message);
+    if (const auto mistake = likely_mistake(text, line))
+      faults.add(places.at(mistake->at), mistake->message);
     else
       faults.add(places.at(mark), message);
   };

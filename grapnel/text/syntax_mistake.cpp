@@ -28,8 +28,8 @@ struct BlockLine {
 struct TextScan {
   std::vector<BlockLine> lines;
   // The first error among brackets, quotes and characters that are not YAML; the scan ends there.
-  std::optional<SyntaxMistake> slip;
-  std::size_t slip_line = 0;  // from 0
+  std::optional<SyntaxMistake> mistake;
+  std::size_t mistake_line = 0;  // from 0
 };
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
@@ -59,7 +59,7 @@ class Scanner {
   explicit Scanner(std::string_view text) : text_(text) {}
 
   TextScan scan() {
-    while (at_ < text_.size() && !scan_.slip) read_line();
+    while (at_ < text_.size() && !scan_.mistake) read_line();
     return std::move(scan_);
   }
 
@@ -80,9 +80,9 @@ class Scanner {
   }
   bool at_comment() const { return here() == '#' && (at_ == 0 || ends_word(text_[at_ - 1])); }
   void fail(std::size_t at, std::size_t line, std::string message) {
-    if (scan_.slip) return;
-    scan_.slip = SyntaxMistake{at, std::move(message)};
-    scan_.slip_line = line;
+    if (scan_.mistake) return;
+    scan_.mistake = SyntaxMistake{at, std::move(message)};
+    scan_.mistake_line = line;
   }
   static std::string in_line(std::size_t line) { return fmt::format(" in line {}", line + 1); }
 
@@ -136,7 +136,7 @@ class Scanner {
   void read_content() {
     ends_in_words_ = false;
     bool key = false, value = false;  // met so far
-    while (!scan_.slip) {
+    while (!scan_.mistake) {
       skip_blanks();
       if (at_line_end() || at_comment()) break;
       const char c = here();
@@ -160,7 +160,7 @@ class Scanner {
         read_brackets();
       else
         fail(at_, line_, fmt::format("'{}' closes nothing; no '{}' is open", c, c == ']' ? '[' : '{'));
-      if (scan_.slip) return;
+      if (scan_.mistake) return;
       const std::size_t ended = at_;
       skip_blanks();
       if (here() == ':' && ends_word(next())) {
@@ -271,12 +271,12 @@ class Scanner {
       } else if (after_value) {
         return fail(at_, line_, "a comma is missing before this");
       } else if (c == '[' || c == '{') {
-        if (open.size() == kMostOpen) return give_up();
+        if (open.size() == kMostOpen) return abandon();
         open.push_back({c, at_++, line_});
         start = true;
       } else if ((c == '"' || c == '\'') && start) {
         read_quote();
-        if (scan_.slip) return;
+        if (scan_.mistake) return;
         start = false, after_value = true;
       } else if (!read_words_in_brackets(open.back(), start)) {
         return;
@@ -284,8 +284,8 @@ class Scanner {
     } while (!open.empty());
   }
 
-  // So deep that no slip explains it.
-  void give_up() { at_ = text_.size(); }
+  // So deep that no mistake explains it.
+  void abandon() { at_ = text_.size(); }
 
   // Keys of the lines around a bracket stand no deeper than this; without such a line, anything may follow.
   std::size_t indentation_of_keys() {
@@ -446,10 +446,10 @@ bool lacks_blank_behind_dash(std::string_view text) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '{' || c == '[' || c == '"' || c == '\'';
 }
 
-// The slip in the shape of the line where the parser failed, or of the one before it: a line without a colon becomes
+// The mistake in the shape of the line where the parser failed, or of the one before it: a line without a colon becomes
 // part of a text, and the parser fails at the next one.
-std::optional<SyntaxMistake> slip_of_lines(std::string_view text, const std::vector<BlockLine>& lines,
-                                           std::size_t error_line, std::size_t& at) {
+std::optional<SyntaxMistake> mistake_of_lines(std::string_view text, const std::vector<BlockLine>& lines,
+                                              std::size_t error_line, std::size_t& at) {
   Levels levels;
   for (std::size_t i = 0; i < lines.size() && lines[i].number <= error_line; ++i) {
     const BlockLine& line = lines[i];
@@ -496,13 +496,13 @@ std::string key_advice(std::string_view text) {
          in_quotes(std::string(meant->key) + ": " + std::string(meant->value));
 }
 
-std::optional<SyntaxMistake> likely_slip(std::string_view text, std::size_t error_line) {
+std::optional<SyntaxMistake> likely_mistake(std::string_view text, std::size_t error_line) {
   const TextScan scan = scan_text(text);
   std::size_t line = 0;
-  const auto of_lines = slip_of_lines(text, scan.lines, error_line, line);
-  const bool scanned = scan.slip && scan.slip_line <= error_line;
-  if (of_lines && (!scanned || line < scan.slip_line)) return of_lines;
-  return scanned ? scan.slip : std::nullopt;
+  const auto of_lines = mistake_of_lines(text, scan.lines, error_line, line);
+  const bool scanned = scan.mistake && scan.mistake_line <= error_line;
+  if (of_lines && (!scanned || line < scan.mistake_line)) return of_lines;
+  return scanned ? scan.mistake : std::nullopt;
 }
 
 }  // namespace grapnel

@@ -19,7 +19,7 @@ struct SyntaxMistake {
 
 /// The likely cause of a parser error in line `error_line` (from 0), or empty: then the parser's message is used. Only
 /// for rejected text, because similar valid text may be intended. Linear in the text's length.
-std::optional<SyntaxMistake> likely_slip(std::string_view text, std::size_t error_line);
+std::optional<SyntaxMistake> likely_mistake(std::string_view text, std::size_t error_line);
 
 /// An intended key and its value.
 struct KeyAndValue {

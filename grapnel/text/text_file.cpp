@@ -108,10 +108,10 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
-    const std::filesystem::path& said = named.empty() ? path : named;
+    const std::filesystem::path& stated = named.empty() ? path : named;
     const std::string near = nearest(path.filename().string(), neighbours(path));
     const std::string why = error && error != std::errc::no_such_file_or_directory ? error.message() : "no such file";
-    return refuse(why + (near.empty() ? "" : "; did you mean '" + (said.parent_path() / near).string() + "'?"));
+    return refuse(why + (near.empty() ? "" : "; did you mean '" + (stated.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
   // A file without a size may be endless, such as /dev/zero.

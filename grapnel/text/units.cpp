@@ -310,12 +310,12 @@ std::optional<NumberAndUnit> number_and_unit(std::string_view text) {
   }
   const std::string_view unit = without_blanks(text.substr(end));
   if (unit.empty()) return {};
-  const bool looks_like_one = is_letter(unit[0]) || static_cast<unsigned char>(unit[0]) >= 0x80 || unit[0] == '/' ||
-                              unit[0] == '%' || (unit.starts_with("1/") && text[end] == ' ');
+  const bool is_unit_like = is_letter(unit[0]) || static_cast<unsigned char>(unit[0]) >= 0x80 || unit[0] == '/' ||
+                            unit[0] == '%' || (unit.starts_with("1/") && text[end] == ' ');
   const bool based = text.substr(begin, end - begin) == "0" && unit.size() > 1 &&
                      std::string_view("xXob").find(unit[0]) != std::string_view::npos &&
                      end + unit.size() == text.size();
-  if (!looks_like_one || based) return {};
+  if (!is_unit_like || based) return {};
   return NumberAndUnit{text.substr(0, end), unit};
 }
 

@@ -14,13 +14,13 @@ namespace {
 constexpr std::size_t kLineLength = 120;
 
 // Texts that the parser reads as null, so that they need quotes.
-bool looks_empty(std::string_view text) {
+bool is_read_as_null(std::string_view text) {
   return text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
 }
 
 // Whether a text is safe without quotes at any place. Conservative: extra quotes are harmless.
 bool is_simple(std::string_view text) {
-  if (looks_empty(text) || text == "=" || text == "<<") return false;
+  if (is_read_as_null(text) || text == "=" || text == "<<") return false;
   const auto plain = [](unsigned char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '.' ||
            c == '+' || c == '-' || c == '/' || c == '(' || c == ')' || c == '^' || c == ' ' || c >= 0x80;

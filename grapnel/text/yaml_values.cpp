@@ -132,7 +132,7 @@ std::string_view without_sign(std::string_view text) {
 }
 
 // Two digits or more before any point, the first a zero: 010, 007.5.
-bool looks_octal(std::string_view text) {
+bool is_octal(std::string_view text) {
   const std::string_view body = without_sign(text);
   return body.size() > 1 && body[0] == '0' && digit(body[1]);
 }
@@ -235,7 +235,7 @@ std::string list_advice(std::string_view text) {
 std::optional<double> number_of(const Node& node) {
   if (!node.is_scalar() || !node.plain || node.text.empty()) return {};
   if (const auto special = infinity_or_nan(node.text)) return special;
-  if (looks_octal(node.text) || !decimal_grammar(node.text)) return {};
+  if (is_octal(node.text) || !decimal_grammar(node.text)) return {};
   return decimal_value(node.text);
 }
 
@@ -279,7 +279,7 @@ std::string why_no_number(const Node& node) {
   as_plain.plain = true;
   if (!node.plain && number_of(as_plain)) return "; remove the quotes around " + in_quotes(node.text);
   if (!node.plain) return ", not " + described(node);
-  if (looks_octal(node.text) && decimal_grammar(node.text)) {
+  if (is_octal(node.text) && decimal_grammar(node.text)) {
     return "; " + in_quotes(node.text) + " looks octal, write " + shortened(without_leading_zeros(node.text));
   }
   if (const std::string advice = based_number_advice(node.text); !advice.empty()) {

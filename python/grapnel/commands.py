@@ -27,7 +27,7 @@ class CommandError(RuntimeError):
         return CommandError, (str(self), self.code)
 
 
-def _say(done: tuple[int, str], accepted: tuple[int, ...]) -> None:
+def _report_outcome(done: tuple[int, str], accepted: tuple[int, ...]) -> None:
     code, lines = done
     if code not in accepted:
         raise CommandError(lines.strip() or f"the command ended with exit code {code}", code)
@@ -70,7 +70,7 @@ def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
     more, threads = whole_number("extend", extend, 0, 2**53), thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
-    _say(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False), (0, 3))
+    _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False), (0, 3))
     return folder
 
 
@@ -79,7 +79,7 @@ def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
-    _say(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True), (0, 3))
+    _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True), (0, 3))
     return folder
 
 
@@ -88,7 +88,7 @@ def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int 
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "study", out)
     _grapnel.check_study(file)
-    _say(_grapnel.sweep(file, folder, threads, bool(report)), (0, 3))
+    _report_outcome(_grapnel.sweep(file, folder, threads, bool(report)), (0, 3))
     return folder
 
 
@@ -98,14 +98,14 @@ def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "optimization", out)
     _grapnel.check_optimization(file)
-    _say(_grapnel.optimize(file, folder, threads, bool(report)), (0,))
+    _report_outcome(_grapnel.optimize(file, folder, threads, bool(report)), (0,))
     return folder
 
 
 def report(folder: Path, second: Path | None = None, file: Path | None = None) -> None:
     """Writes the report of a result folder, or with a second folder a comparison of two runs. `file`: None is report.html in
     the folder, or report-vs-SECOND.html."""
-    _say(_grapnel.report(file_path("folder", folder), "" if second is None else file_path("second", second),
+    _report_outcome(_grapnel.report(file_path("folder", folder), "" if second is None else file_path("second", second),
                          "" if file is None else file_path("file", file)), (0,))
 
 
@@ -120,4 +120,4 @@ def figure(folder: Path, what: str, file: Path, width: float = 0, height: float 
     for name, length in (("width", width), ("height", height)):
         if not (math.isfinite(length) and length >= 0):
             raise ValueError(f"{name} is {length!r}; expected a length in cm, or 0")
-    _say(_grapnel.figure(folder, what, file, float(width), float(height)), (0,))
+    _report_outcome(_grapnel.figure(folder, what, file, float(width), float(height)), (0,))

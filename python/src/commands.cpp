@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 // Exit code and messages of a command. On Ctrl-C the command ends and keeps its complete results, and the exception
 // propagates.
-std::pair<int, std::string> said_by(const std::function<int(const std::stop_token&)>& command) {
-  std::pair<int, std::string> said;
+std::pair<int, std::string> outcome_of(const std::function<int(const std::stop_token&)>& command) {
+  std::pair<int, std::string> outcome;
   constexpr std::chrono::milliseconds kBetweenChecks(20);
   static std::timed_mutex one_at_a_time;  // required by BufferedMessages
   run_interruptibly([&](const std::stop_token& stop) {
@@ -31,10 +31,10 @@ std::pair<int, std::string> said_by(const std::function<int(const std::stop_toke
       if (stop.stop_requested()) throw Stopped{};
     const app::BufferedMessages messages;
     const InputFiles inputs;
-    said.first = command(stop);
-    said.second = messages.lines();
+    outcome.first = command(stop);
+    outcome.second = messages.lines();
   });
-  return said;
+  return outcome;
 }
 
 app::CampaignRunOptions campaign_options(const fs::path& file, const fs::path& folder, int threads, bool report,
@@ -107,7 +107,7 @@ void bind_commands(py::module_& module) {
       [](const fs::path& file, const fs::path& folder, int threads, bool report, bool csv, std::uint64_t extend,
          bool map) {
         auto options = campaign_options(file, folder, threads, report, csv, extend, map);
-        return said_by([&](const std::stop_token& stop) { return options.stop = stop, app::campaign(options); });
+        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::campaign(options); });
       },
       py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"), py::arg("csv"), py::arg("extend"),
       py::arg("map"));
@@ -115,20 +115,20 @@ void bind_commands(py::module_& module) {
       "sweep",
       [](const fs::path& file, const fs::path& folder, int threads, bool report) {
         auto options = study_options(file, folder, threads, report);
-        return said_by([&](const std::stop_token& stop) { return options.stop = stop, app::sweep(options); });
+        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::sweep(options); });
       },
       py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
   module.def(
       "optimize",
       [](const fs::path& file, const fs::path& folder, int threads, bool report) {
         auto options = study_options(file, folder, threads, report);
-        return said_by([&](const std::stop_token& stop) { return options.stop = stop, app::optimize(options); });
+        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::optimize(options); });
       },
       py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
   module.def(
       "report",
       [](const fs::path& folder, const fs::path& second, const fs::path& file) {
-        return said_by([&](const std::stop_token&) { return app::report({folder, second, file}); });
+        return outcome_of([&](const std::stop_token&) { return app::report({folder, second, file}); });
       },
       py::arg("folder"), py::arg("second"), py::arg("file"));
   module.def(
@@ -138,7 +138,7 @@ void bind_commands(py::module_& module) {
         options.folder = folder, options.what = what, options.output = file;
         options.width = width, options.height = height;
         options.command = "grapnel.figure in Python";
-        return said_by([&](const std::stop_token&) { return app::figure(options); });
+        return outcome_of([&](const std::stop_token&) { return app::figure(options); });
       },
       py::arg("folder"), py::arg("what"), py::arg("file"), py::arg("width"), py::arg("height"));
   module.def(

@@ -204,17 +204,17 @@ int reset(void* instance, double time) {
 int update(void* instance, const grapnel_controller_input* input, const grapnel_controller_access* access,
            grapnel_controller_output* output) {
   return in_python(at(instance).error, [&] {
-    const py::object seen = py::cast(Input(*input)), said = py::cast(Output(input->joints)),
+    const py::object py_input = py::cast(Input(*input)), py_output = py::cast(Output(input->joints)),
                      model = py::cast(Access{access, at(instance).base_velocities});
     struct Ends {
       Access& access;
       ~Ends() { access.access = nullptr; }
     } const ends{model.cast<Access&>()};
-    const py::object returned = at(instance).controller.attr("update")(seen, model, said);
+    const py::object returned = at(instance).controller.attr("update")(py_input, model, py_output);
     if (!returned.is_none())
       throw py::type_error("update() returned " + std::string(py::str(py::type::of(returned))) +
                            "; expected None: assign commands to output.effort and output.base_torque");
-    const auto& out = said.cast<const Output&>();
+    const auto& out = py_output.cast<const Output&>();
     std::copy_n(out.effort.data(), input->joints, output->effort);
     std::copy_n(out.base_torque.data(), 3, output->base_torque);
   });

@@ -34,7 +34,7 @@ Scenario::Scenario(const py::dict& values, const fs::path& folder, const Changes
     : file_(folder / "a scenario made in Python"), is_file_(false) {
   Node tree = tree_of(values, {});
   const std::string text = yaml_text(tree);
-  files_->keep(file_, {text, {}, std::move(tree)});
+  files_->store(file_, {text, {}, std::move(tree)});
   set(changes);
 }
 

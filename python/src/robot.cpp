@@ -200,17 +200,17 @@ void Robot::put_coordinates(const Rows& q, std::int64_t i, double* to) const {
 
 void for_blocks(const Robot& robot, const Cases& cases,
                 const std::function<void(Scratch&, std::int64_t, std::int64_t)>& block) {
-  constexpr std::int64_t kWorthThreads = 64;
+  constexpr std::int64_t kMinForThreads = 64;
   // Multiples of the lane width. Larger blocks amortize the conversion of the model to lanes.
-  constexpr std::int64_t kLeast = 16, kMost = 256, kPacks = 8;
-  if (cases.count < kWorthThreads) {
+  constexpr std::int64_t kMinBlock = 16, kMaxBlock = 256, kPacks = 8;
+  if (cases.count < kMinForThreads) {
     const Unlocked unlocked;
     Scratch scratch(robot.model());
     if (cases.count > 0) block(scratch, 0, cases.count);
     return;
   }
   const int workers = worker_count(0);
-  const std::int64_t at_once = std::clamp(cases.count / (4 * workers) / kPacks * kPacks, kLeast, kMost);
+  const std::int64_t at_once = std::clamp(cases.count / (4 * workers) / kPacks * kPacks, kMinBlock, kMaxBlock);
   std::vector<std::unique_ptr<Scratch>> scratch(static_cast<std::size_t>(workers));
   run_interruptibly([&](const std::stop_token& stop) {
     for_each(cases.count, workers, at_once, stop, [&](int worker, std::int64_t begin, std::int64_t end) {
@@ -255,11 +255,11 @@ lanes::StateCases state_cases(const Robot& robot, const Rows& q, const Rows* v, 
   return cases;
 }
 
-// An array that lanes compute: ask(cases, scratch, begin, end, out) requests the outputs to `out`. `third`: a further
-// argument with rows.
-template <class Ask>
+// An array that lanes compute: request(cases, scratch, begin, end, out) requests the outputs to `out`. `third`: a
+// further argument with rows.
+template <class Request>
 py::array_t<double> by_lanes(const Robot& robot, const Rows& q, const Rows* v, const Rows* third,
-                             std::vector<py::ssize_t> shape, const Vector3d& gravity, Ask ask) {
+                             std::vector<py::ssize_t> shape, const Vector3d& gravity, Request request) {
   const Rows nothing("nothing", 0);
   const Cases cases = cases_of({&q, v ? v : &nothing, third ? third : &nothing});
   const std::size_t size = product(shape);
@@ -268,7 +268,7 @@ py::array_t<double> by_lanes(const Robot& robot, const Rows& q, const Rows* v, c
   for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
     lanes::StateCases of = state_cases(robot, q, v, begin, end, scratch);
     for (int k = 0; k < 3; ++k) of.gravity[k] = gravity[k];
-    ask(of, scratch, begin, end, data + static_cast<std::size_t>(begin) * size);
+    request(of, scratch, begin, end, data + static_cast<std::size_t>(begin) * size);
     robot.states().run(of);
   });
   return array;
@@ -465,23 +465,23 @@ py::array_t<double> forward(const Robot& robot, const py::object& q_given, const
                             const py::object& tau_given, const py::object& gravity) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), tau = robot.forces(tau_given);
   const int n = robot.model().velocities();
-  const auto ask = [&](lanes::StateCases& of, Scratch& scratch, std::int64_t begin, std::int64_t end, double* out) {
+  const auto request = [&](lanes::StateCases& of, Scratch& scratch, std::int64_t begin, std::int64_t end, double* out) {
     scratch.block_forces.resize(static_cast<std::size_t>((end - begin) * n));
     for (std::int64_t i = begin; i < end; ++i) robot.spread(tau, i, scratch.block_forces.data() + (i - begin) * n);
     of.force = {scratch.block_forces.data(), n};
     of.accelerations = out;
   };
-  return by_lanes(robot, q, &v, &tau, {n}, vector_of(gravity, "gravity"), ask);
+  return by_lanes(robot, q, &v, &tau, {n}, vector_of(gravity, "gravity"), request);
 }
 
 py::array_t<double> inverse(const Robot& robot, const py::object& q_given, const py::object& v_given,
                             const py::object& vdot_given, const py::object& gravity) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), vdot = robot.velocities(vdot_given, "vdot");
-  const auto ask = [&](lanes::StateCases& of, Scratch&, std::int64_t begin, std::int64_t, double* out) {
+  const auto request = [&](lanes::StateCases& of, Scratch&, std::int64_t begin, std::int64_t, double* out) {
     of.acceleration = rows_from(&vdot, begin);
     of.forces = out;
   };
-  return by_lanes(robot, q, &v, &vdot, {robot.model().velocities()}, vector_of(gravity, "gravity"), ask);
+  return by_lanes(robot, q, &v, &vdot, {robot.model().velocities()}, vector_of(gravity, "gravity"), request);
 }
 
 // ---- States ----

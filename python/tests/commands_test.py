@@ -42,10 +42,10 @@ def test_a_campaign_has_the_bytes_of_the_program(campaign_file, program, tmp_pat
 
 def test_tables(campaign_file, tmp_path):
     pandas = pytest.importorskip("pandas")
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         folder = grapnel.campaign(campaign_file, out=tmp_path / "out", report=False)
-    assert said and all(one.filename == __file__ for one in said)  # they point to the caller
+    assert caught and all(one.filename == __file__ for one in caught)  # they point to the caller
     table = grapnel.read_table(folder)
     assert isinstance(table, pandas.DataFrame) and len(table) == 60 and list(table.index) == list(range(60))
     assert set(table["status"]) <= {"ok", "failed"} and table["success"].dtype == bool

@@ -63,25 +63,25 @@ def test_results_have_the_bits_of_the_same_controller_in_c():
 
 
 def test_it_can_query_the_true_model():
-    asked = {}
+    queried = {}
 
     def update(self, input, access, output):
         if input.time < 22:
             return
-        asked.update(n=access.velocities(), H=access.mass_matrix(), C=access.bias(), p=access.momentum(),
+        queried.update(n=access.velocities(), H=access.mass_matrix(), C=access.bias(), p=access.momentum(),
                      J=access.generalized_jacobian("tip-1"), access=access)
         with pytest.raises(KeyError, match="the robot has no end-effector 'tip-9'"):
             access.generalized_jacobian("tip-9")
 
     result = own().simulate(controller=controller_with(update))
     assert result.status == "completed", result.failure
-    n = asked["n"]
-    assert asked["H"].shape == (n, n) and asked["C"].shape == (n,) and asked["J"].shape == (6, n - 6)
-    assert numpy.abs(asked["H"] - asked["H"].T).max() < 1e-9 and numpy.linalg.eigvalsh(asked["H"]).min() > 0
+    n = queried["n"]
+    assert queried["H"].shape == (n, n) and queried["C"].shape == (n,) and queried["J"].shape == (6, n - 6)
+    assert numpy.abs(queried["H"] - queried["H"].T).max() < 1e-9 and numpy.linalg.eigvalsh(queried["H"]).min() > 0
     # The momentum of the run, which the impact transferred from the target.
-    assert numpy.linalg.norm(asked["p"]) > 1e-3
+    assert numpy.linalg.norm(queried["p"]) > 1e-3
     with pytest.raises(RuntimeError, match="during update"):
-        asked["access"].mass_matrix()
+        queried["access"].mass_matrix()
 
 
 @pytest.mark.parametrize(("update", "text"), [

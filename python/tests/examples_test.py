@@ -35,8 +35,8 @@ def test_it_runs_with_numpy_alone(script, tmp_path):
 @pytest.mark.parametrize("script", PLOTS, ids=lambda script: script.name)
 def test_it_plots(script, tmp_path):
     pytest.importorskip("matplotlib")
-    said = run(script, tmp_path, {**os.environ, "MPLCONFIGDIR": str(tmp_path)})
-    assert "impulse.svg" in said
+    output = run(script, tmp_path, {**os.environ, "MPLCONFIGDIR": str(tmp_path)})
+    assert "impulse.svg" in output
     plot = (tmp_path / "out" / "impulse.svg").read_text(encoding="utf-8")
     assert "Matplotlib" in plot and plot.count("<path") > 10
 

@@ -139,7 +139,7 @@ def test_wrong_arguments(argument):
         grapnel.rollout(argument, np.zeros((1, 3)), step=0.1, steps=1)
 
 
-def test_a_failed_simulation_keeps_its_results(values):
+def test_a_failed_simulation_returns_its_results(values):
     values["approach"] = {"duration": 20, "plan": {}}
     values["targets"][0]["state"]["position"] = [30, 0, 0]  # out of reach
     result = grapnel.Scenario(values).simulate()

@@ -40,9 +40,9 @@ def test_attributes_and_paths_are_the_same_values(thesis):
 
 def test_a_change_equals_set_of_the_program(thesis, program, tmp_path):
     problem = grapnel.load(THESIS, set={"targets[0].mass": 12.5, "post_impact.joints": "braked"})
-    said = subprocess.run([program, "check", THESIS, "--set", "targets[0].mass=12.5", "--set", "post_impact.joints=braked"],
+    output = subprocess.run([program, "check", THESIS, "--set", "targets[0].mass=12.5", "--set", "post_impact.joints=braked"],
                           capture_output=True, text=True, check=True).stdout
-    assert problem.sha256[:12] in said
+    assert problem.sha256[:12] in output
     assert problem.settings == ["targets[0].mass=12.5", "post_impact.joints=braked"]
     # Only the last value of a path is effective.
     problem["targets[0].mass"] = 1
@@ -64,7 +64,7 @@ def test_an_invalid_change_leaves_the_problem_unchanged(thesis):
     assert thesis.grasps[0].target == "ball"
 
 
-def test_misspelt_paths_give_a_suggestion(thesis):
+def test_errors_for_misspelt_paths_have_a_suggestion(thesis):
     with pytest.raises(grapnel.InputError, match="did you mean 'mass'"):
         thesis.targets[0].maas = 3
     with pytest.raises(KeyError, match="no item 'target-9'"):

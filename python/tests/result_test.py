@@ -146,12 +146,12 @@ def test_results_refuse_pickling_with_a_remedy(thesis):
 
 @pytest.mark.parametrize("name, message", [("base/angular_velocty", "did you mean 'base/angular_velocity'"), ("time", "result.time"),
                                            ("position", "base/position"), ("nothing of it", "available: base/position")])
-def test_misspelt_series_give_a_suggestion(thesis, name, message):
+def test_errors_for_misspelt_series_have_a_suggestion(thesis, name, message):
     with pytest.raises(KeyError, match=message):
         thesis.simulate()[name]
 
 
-def test_misspelt_checks_give_a_suggestion(thesis):
+def test_errors_for_misspelt_checks_have_a_suggestion(thesis):
     with pytest.raises(KeyError, match="did you mean 'linear_momentum_drift'"):
         thesis.simulate().ledger["linear_momentum_drif"]
 

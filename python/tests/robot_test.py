@@ -214,8 +214,8 @@ def test_closed_loops(robot):
     off = q.copy()
     off[robot.joint_q[0]] += 1e-3
     assert loops.defect(off)[0, 0] > 1e-5
-    mended, _, converged = loops.project(off, closed)
-    assert converged == 1 and np.all(loops.defect(mended)[:, :2] < 1e-12)
+    projected, _, converged = loops.project(off, closed)
+    assert converged == 1 and np.all(loops.defect(projected)[:, :2] < 1e-12)
     batch = loops.forward_dynamics(np.tile(q, (100, 1)), np.tile(closed, (100, 1)), tau)
     assert np.array_equal(batch[0][57], vdot) and np.array_equal(batch[1][57], multipliers)
 

@@ -211,5 +211,5 @@ def test_an_overflow_is_not_a_number(robot):
     assert np.all(np.isfinite(end[0])) and not np.all(np.isfinite(end[1]))
 
 
-def test_zero_cases_give_zero_states(robot):
+def test_zero_cases_return_zero_states(robot):
     assert grapnel.rollout(robot, np.zeros((0, robot.nq + robot.nv)), step=0.1, steps=4).shape == (0, 4, robot.nq + robot.nv)

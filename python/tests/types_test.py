@@ -126,8 +126,8 @@ def test_docstrings_of_array_functions_have_shapes():
 
 
 def test_the_version_is_that_of_the_program(program):
-    said = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
-    assert grapnel.__version__ in said
+    output = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    assert grapnel.__version__ in output
 
 
 def test_types_pass_mypy(tmp_path):

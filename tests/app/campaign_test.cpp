@@ -1,4 +1,4 @@
-// grapnel campaign, merge and map as their users meet them: exit codes, files, messages, and what kills them.
+// The commands `grapnel campaign`, `merge` and `map`: exit codes, files, messages, interruption by signals.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using testing::Not;
 
 class Campaign : public test::ProgramRun {
  protected:
-  // Impacts at a stated configuration, of targets whose mass is uncertain: less than a millisecond each.
+  // A campaign of impacts at a stated configuration with uncertain target mass; each case takes less than 1 ms.
   fs::path study(int cases, const std::string& more = "") const {
     std::string at_once = read_text(scenario("seven-joint-dual-capture.yaml"));
     const auto cut = [&](const std::string& from, const std::string& to) {
@@ -38,7 +38,7 @@ class Campaign : public test::ProgramRun {
     cut("approach:", "contact:");
     cut("post_impact:", "output:");
     at_once.replace(at_once.find("../robots"), 9, GRAPNEL_SOURCE_DIR "/robots");
-    const std::string gap = "gap: weld_as_found";  // hands are 0.4 m away
+    const std::string gap = "gap: weld_as_found";  // end-effectors are 0.4 m from the grasp points
     at_once.replace(at_once.find(gap), gap.size(), gap + ", largest_gap: any");
     write("at-once.yaml",
           at_once +
@@ -56,11 +56,11 @@ class Campaign : public test::ProgramRun {
                      "keep: {columns: [captured, grasps]}\n" +
                      more);
   }
-  // A separate process: its number.
+  // Starts the program in a separate process and returns the process id.
   pid_t start(const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
-    signal(SIGINT, SIG_DFL);  // shells start what is in the background without it
+    signal(SIGINT, SIG_DFL);  // shells ignore SIGINT in background processes
     if (chdir(folder_.c_str()) != 0) _exit(126);
     const int out = open("child.out", O_WRONLY | O_CREAT | O_TRUNC, 0666),
               err = open("child.err", O_WRONLY | O_CREAT | O_TRUNC, 0666);
@@ -72,7 +72,7 @@ class Campaign : public test::ProgramRun {
     execv(GRAPNEL_PROGRAM, argv.data());
     _exit(127);
   }
-  // Waits for a process: its exit code, or minus the signal that ended it.
+  // Waits for a process; returns its exit code, or the negative signal number.
   static int end_of(pid_t child) {
     int status = 0;
     waitpid(child, &status, 0);
@@ -85,7 +85,7 @@ class Campaign : public test::ProgramRun {
       if (!entry.path().filename().string().starts_with('.')) ++count;
     return count;
   }
-  // Until a campaign is under way.
+  // Waits until the campaign has written `count` shards.
   void await_shards(const std::string& folder, std::size_t count) const {
     for (int i = 0; i < 6000 && shards(folder) < count; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ASSERT_GE(shards(folder), count);
@@ -189,14 +189,14 @@ TEST_F(Campaign, JobArraySelectsPart) {
     EXPECT_EQ(b.code, 2) << bad;
     EXPECT_THAT(b.err, HasSubstr("must be i/N with i from 1 to N")) << bad;
   }
-  // "$PART" of a variable that is not set must not be the whole campaign.
+  // An empty "$PART" from an unset variable must not select the whole campaign.
   for (const char* empty : {"--shard \"\"", "--only \"\"", "-o \"\"", "-j \"\"", "--extend \"\""})
     EXPECT_EQ(run(std::string("campaign study.yaml ") + empty).code, 2) << empty;
   EXPECT_THAT(run("campaign study.yaml --shard \"\"").err, HasSubstr("--shard: its value is empty"));
   EXPECT_FALSE(fs::is_directory(folder_ / "out"));
 }
 
-// A manifest that says another arithmetic, sealed as the program seals it.
+// A manifest with another arithmetic label and a valid checksum.
 TEST_F(Campaign, MergeIndependentOfLocalArithmetic) {
   study(300);
   for (const std::string part : {"1", "2"})
@@ -253,7 +253,7 @@ TEST_F(Campaign, ExtensionInStepsEqualsOneRun) {
   ASSERT_EQ(run("campaign study.yaml -o steps --quiet --extend 100").code, 0);
   ASSERT_EQ(run("campaign study.yaml -o once --quiet --extend 300").code, 0);
   expect_same_results("steps", "once");
-  const Outcome o = run("campaign study.yaml -o steps");  // knows that it was extended
+  const Outcome o = run("campaign study.yaml -o steps");  // the manifest records the extension
   EXPECT_THAT(o.out, HasSubstr("600 cases, 600 of them complete"));
 }
 
@@ -315,13 +315,13 @@ TEST_F(Campaign, UnwritableFolderIsNamed) {
   const Outcome o = run("campaign study.yaml -o file/r");
   EXPECT_EQ(o.code, 2);
   EXPECT_THAT(o.err, HasSubstr("cannot write results to 'file/r': Not a directory"));
-  if (geteuid() == 0) return;  // may write everywhere
+  if (geteuid() == 0) return;  // root can write everywhere
   fs::create_directory(folder_ / "locked");
   fs::permissions(folder_ / "locked", fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_EQ(run("campaign study.yaml -o locked").code, 2);
 }
 
-// --- Long ones ---
+// --- Long tests ---
 
 class LongCampaign : public Campaign {};
 
@@ -332,7 +332,7 @@ TEST_F(LongCampaign, ResumesToSameBytesAfterKill) {
   int kills = 0, code = -1;
   for (int round = 0; kills < 60; ++round) {
     const std::string folder = "killed" + std::to_string(round);
-    double longest = 100;  // [ms]; grows, so that the slowest machine comes to an end
+    double longest = 100;  // [ms]; grows until the campaign completes on slow machines
     for (code = -1; code != 0; longest *= 1.03) {
       const pid_t child = start({"campaign", "study.yaml", "-o", folder, "--quiet", "-j", "2"});
       random = random * 1664525u + 1013904223u;
@@ -365,7 +365,7 @@ TEST_F(LongCampaign, CtrlCStopsAndNamesResumeCommand) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "lock"));
 }
 
-TEST_F(LongCampaign, FullDiskReportedAndResultsKept) {
+TEST_F(LongCampaign, FullDiskReportedAndResultsPreserved) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o calm --quiet").code, 0);
   write("limited",
@@ -380,13 +380,13 @@ TEST_F(LongCampaign, FullDiskReportedAndResultsKept) {
   expect_same_results("calm", "r");
 }
 
-// The shards fit, the table does not.
+// The file size limit admits the shards but not the table.
 TEST_F(LongCampaign, TableBeyondFileSizeLimitIsNamed) {
   study(4000);
   ASSERT_EQ(run("campaign study.yaml -o r --quiet --no-csv --no-report").code, 0);
   const auto size = fs::file_size(folder_ / "r" / "table.h5");
   fs::remove(folder_ / "r" / "table.h5");
-  // HDF5 keeps some of it in memory until the file is closed, so that other limits fail elsewhere.
+  // HDF5 buffers part of the table until the file is closed, so each limit fails at a different write.
   for (const std::uintmax_t limit : {size / 8, size / 2, size - 1024}) {
     write("limited", "ulimit -f " + std::to_string(limit / 512) +
                          "\nexec '" GRAPNEL_PROGRAM "' campaign study.yaml -o r --no-csv --no-report\n");
@@ -400,7 +400,7 @@ TEST_F(LongCampaign, TableBeyondFileSizeLimitIsNamed) {
   }
 }
 
-TEST_F(LongCampaign, FullFileSystemReportedAndResultsKept) {
+TEST_F(LongCampaign, FullFileSystemReportedAndResultsPreserved) {
   study(4000);
   fs::create_directory(folder_ / "small");
   if (mount("none", (folder_ / "small").c_str(), "tmpfs", 0, "size=300k") != 0)

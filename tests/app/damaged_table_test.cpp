@@ -32,7 +32,7 @@ class DamagedTable : public test::ProgramRun {
           "uncertain: [{path: \"targets[0].mass\", as: factor, uniform: {from: 0.9, to: 1.1}}]\n");
     ASSERT_EQ(run("campaign c.yaml -o r --quiet --no-report").code, 0);
   }
-  // The file with some of its bytes that are not zero changed, and a checksum that fits.
+  // The file with some nonzero bytes changed and a valid checksum.
   static std::string damaged(std::string bytes, unsigned seed) {
     unseal(bytes);
     std::mt19937 random(seed);
@@ -76,7 +76,7 @@ TEST_F(DamagedTable, RecomputesDamagedShard) {
     const Outcome o = run("campaign c.yaml -o r --quiet --no-report");
     EXPECT_EQ(o.code, 0) << seed << o.err;
     fs::remove_all(folder_ / "m");
-    if (read_text(shard) != sound) continue;  // what was changed cannot be seen by HDF5
+    if (read_text(shard) != sound) continue;  // HDF5 does not detect the change
     EXPECT_EQ(read_text(folder_ / "r" / "table.csv"), table) << seed;
   }
 }

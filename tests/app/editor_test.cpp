@@ -1,5 +1,4 @@
-// Every shipped YAML file begins with the line by which editors find its schema, and schemas/ holds what `grapnel
-// schema` prints.
+// Every shipped YAML file begins with the schema line for editors, and schemas/ equals the output of `grapnel schema`.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A plugin that ends the program or disturbs it: the environment's GRAPNEL_TEST_END names where and how, as in
+// A plugin that ends or disturbs the program. The environment variable GRAPNEL_TEST_END states where and how, such as
 // "destroy exit".
 #include <fenv.h>
 #include <pthread.h>
@@ -44,8 +44,8 @@ void end(const std::string& how) {
 }
 
 void at(const char* where) {
-  const char* const asked = std::getenv("GRAPNEL_TEST_END");
-  const std::string text = asked ? asked : "", wanted = std::string(where) + " ";
+  const char* const requested = std::getenv("GRAPNEL_TEST_END");
+  const std::string text = requested ? requested : "", wanted = std::string(where) + " ";
   if (text.compare(0, wanted.size(), wanted) == 0) end(text.substr(wanted.size()));
 }
 

@@ -1,4 +1,4 @@
-// grapnel figure for campaigns, maps and whole captures; names that gnuplot's quoting has to carry.
+// The command `grapnel figure` for campaigns, maps and complete captures; names that need gnuplot quoting.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ class Figures : public test::ProgramRun {
     text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
     write("quick.yaml", text);
   }
-  // The picture, as SVG, of what the folder offers.
+  // The SVG figure `what` of a results folder.
   std::string drawn(const std::string& folder, const std::string& what, const std::string& more = "") const {
     const Outcome o = run("figure " + folder + " --what " + what + " -o f/" + what + ".svg " + more);
     EXPECT_EQ(o.code, 0) << what << "\n" << o.err;
@@ -72,7 +72,7 @@ TEST_F(Figures, CaptureFitsOnOnePage) {
   for (const char* panel : {"distance", "energy", "joint angle", "joint rate"}) EXPECT_THAT(page, HasSubstr(panel));
 }
 
-// Two apostrophes in a row ended gnuplot's constants.
+// Two consecutive apostrophes must not end a gnuplot string.
 TEST_F(Figures, NamesMayHaveTwoApostrophes) {
   std::string text = read_text(scenario("thesis/open-loop-case-1.yaml"));
   text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");

@@ -1,5 +1,4 @@
-// The manual page, its Markdown and bash's completions have every command and option that `--help` has, and work where
-// they are read.
+// The manual page, its Markdown form and the bash completions contain every command and option of `--help`.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -15,7 +14,7 @@ namespace fs = std::filesystem;
 
 class Manual : public ProgramRun {
  protected:
-  // The words of a pattern's first group in all lines of a text.
+  // The matches of a pattern's first group in all lines of a text.
   static std::vector<std::string> found(const std::string& text, const std::string& pattern) {
     std::vector<std::string> words;
     const std::regex expression(pattern);
@@ -34,7 +33,7 @@ class Manual : public ProgramRun {
     const std::string help = run(command + " --help").out;
     return found(help.substr(0, help.find("Exit codes")), "^ .*?(--[a-z][a-z-]*)");
   }
-  // What bash offers for a line whose last word is being typed, in the test's folder.
+  // The bash completions of the last word of a command line, in the test folder.
   std::set<std::string> completed(const std::vector<std::string>& words) const {
     std::string line;
     for (const std::string& word : words) line += "'" + word + "' ";
@@ -63,7 +62,7 @@ TEST_F(Manual, HasEveryCommandAndOption) {
     const std::string head = ".SS grapnel " + std::regex_replace(command, std::regex("-"), "\\-") + "\n";
     EXPECT_THAT(page.out, ::testing::HasSubstr("\n" + head));
     EXPECT_THAT(markdown.out, ::testing::HasSubstr("\n## grapnel " + command + "\n"));
-    // Its part alone, up to the next.
+    // Only the section of this command.
     const std::size_t begin = page.out.find(head), end = page.out.find("\n.S", begin + 1);
     const std::string part = page.out.substr(begin, end - begin);
     const std::size_t from = markdown.out.find("## grapnel " + command + "\n");
@@ -83,11 +82,12 @@ TEST_F(Manual, ManReadsItWithoutWarnings) {
   if (std::system("command -v groff >/dev/null") != 0) GTEST_SKIP() << "groff is not installed";
   ASSERT_EQ(run("manual > page").code, 0);
   write("page", run("manual").out);
-  const fs::path said = folder_ / "said";
-  ASSERT_EQ(std::system(
-                ("groff -man -Tutf8 -ww -z '" + (folder_ / "page").string() + "' 2> '" + said.string() + "'").c_str()),
-            0);
-  EXPECT_EQ(read_text(said), "");
+  const fs::path messages = folder_ / "said";
+  ASSERT_EQ(
+      std::system(
+          ("groff -man -Tutf8 -ww -z '" + (folder_ / "page").string() + "' 2> '" + messages.string() + "'").c_str()),
+      0);
+  EXPECT_EQ(read_text(messages), "");
 }
 
 TEST_F(Manual, CompletesCommandsOptionsValuesAndFiles) {

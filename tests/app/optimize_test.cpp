@@ -1,4 +1,4 @@
-// grapnel optimize as its users meet it: exit codes, files, messages; the scenario it writes runs.
+// The command `grapnel optimize`: exit codes, files, messages; the written scenario runs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -32,7 +32,7 @@ class Optimize : public test::ProgramRun {
   }
 };
 
-// Impact only and the whole run, with ideal tracking, meet the same impact.
+// With ideal tracking, the impact-only mode and the complete run give the same impact.
 TEST_F(Optimize, BestScenarioReproducesObjective) {
   for (const std::string simulate : {"impact", "run"}) {
     study(simulate, "search: {evaluations: 12, refine: 1}\n");

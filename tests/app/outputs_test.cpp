@@ -1,4 +1,4 @@
-// No output replaces an input, of no command; results of another scenario are replaced on request alone.
+// No command replaces an input by an output; results of another scenario are replaced only on request.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -21,7 +21,7 @@ const char* const kThesis = GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-at-c
 
 class Outputs : public test::ProgramRun {
  protected:
-  // The impact of a shipped scenario, in a file of this name.
+  // Writes a shipped impact-only scenario to a file of this name.
   fs::path quick(const std::string& name, const std::string& called = "quick") const {
     std::string text = read_text(kThesis);
     text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
@@ -29,12 +29,12 @@ class Outputs : public test::ProgramRun {
     text.replace(at, text.find('\n', at) - at, "name: " + called);
     return write(name, text);
   }
-  // That the command ends with code 2 and this message, and leaves the file as it was.
-  void expect_refused(const std::string& arguments, const std::string& input, const std::string& said) const {
+  // Expects exit code 2, this message and an unchanged input file.
+  void expect_refused(const std::string& arguments, const std::string& input, const std::string& message) const {
     const std::string before = read_text(folder_ / input);
     const Outcome o = run(arguments);
     EXPECT_EQ(o.code, 2) << arguments << "\n" << o.err;
-    EXPECT_THAT(o.err, HasSubstr(said)) << arguments;
+    EXPECT_THAT(o.err, HasSubstr(message)) << arguments;
     EXPECT_THAT(o.err, HasSubstr("must not be replaced: ")) << arguments;
     EXPECT_EQ(read_text(folder_ / input), before) << arguments;
   }
@@ -94,7 +94,7 @@ TEST_F(Outputs, ResultsNeverReplaceStudy) {
 }
 
 // A campaign recreates its folder "series".
-TEST_F(Outputs, RemovalOfOldSeriesKeepsScenario) {
+TEST_F(Outputs, RemovalOfOldSeriesPreservesScenario) {
   fs::create_directories(folder_ / "series" / "case-1");
   std::string text = read_text(quick("mine.yaml"));
   write("series/case-1/scenario.yaml", "# Made by grapnel, once\n" + text);
@@ -141,7 +141,7 @@ TEST_F(Outputs, ReportsAndFiguresNeverReplaceResults) {
   expect_refused("figure r --what impulse -o r/joints.pdf", "r/summary.json", "r/joints.dat: error: ");
 }
 
-// What is no file stays what it is.
+// Pipes and links to devices at the output path remain unchanged.
 TEST_F(Outputs, PipesAndDevicesAreNotReplaced) {
   ASSERT_EQ(mkfifo((folder_ / "fifo").c_str(), 0600), 0);
   const std::string modes = matrices();
@@ -189,8 +189,8 @@ TEST_F(Outputs, RunDoesNotMixWithCampaign) {
   EXPECT_THAT(o.err, HasSubstr("'r' holds the results of a campaign"));
 }
 
-// Cases that are kept have the same bytes wherever the results are.
-TEST_F(Outputs, KeptCasesIndependentOfFolderDepth) {
+// Stored cases have identical bytes in any results folder.
+TEST_F(Outputs, StoredCasesIndependentOfFolderDepth) {
   quick("mine.yaml");
   write("c.yaml",
         "schema: grapnel-campaign/1\nname: a\nscenario: mine.yaml\nsimulate: impact\ncases: 2\nseed: 1\n"

@@ -1,4 +1,4 @@
-// Plugins that end the program, or disturb it: exit code 1, a line that names the plugin, finished results kept.
+// Plugins that end or disturb the program: exit code 1, one line with the plugin's name, complete results preserved.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ TEST_F(PluginEnd, RegularPluginRuns) {
 TEST_F(PluginEnd, ProcessEndIsNeverSuccess) {
   for (const std::string how : {"exit", "_exit", "quick_exit", "overflow", "crash", "kill", "throw", "thread"}) {
     for (const std::string where : {"load", "create", "update"}) {
-      // Of the loader: an exception ends the process, and a thread that ends it waits for the loader.
+      // During loading, an exception ends the process, and a thread that calls exit waits for the loader.
       if (where == "load" && (how == "throw" || how == "thread")) continue;
       const Outcome o = with_end(where + " " + how, run_ + "r-" + where + how);
       EXPECT_TRUE(o.code == 1 || (o.code == 2 && how == "throw")) << where << " " << how << o.code << "\n" << o.err;
@@ -81,7 +81,7 @@ TEST_F(PluginEnd, CheckAndCampaignReportIt) {
   }
 }
 
-TEST_F(PluginEnd, FinishedRunIsKept) {
+TEST_F(PluginEnd, FinishedRunIsPreserved) {
   for (const std::string how : {"exit", "_exit", "quick_exit", "overflow", "crash", "kill", "throw"}) {
     const std::string folder = "r-" + how;
     const Outcome o = with_end("destroy " + how, run_ + folder);
@@ -92,7 +92,7 @@ TEST_F(PluginEnd, FinishedRunIsKept) {
   }
 }
 
-TEST_F(PluginEnd, SweepKeepsPoints) {
+TEST_F(PluginEnd, SweepPreservesPoints) {
   write("s.yaml",
         "name: s\nscenario: mine.yaml\nset: {post_impact.duration: 1}\n"
         "axes: [{path: \"targets[0].mass\", values: [10, 11]}]\n");
@@ -102,7 +102,7 @@ TEST_F(PluginEnd, SweepKeepsPoints) {
   EXPECT_THAT(read_text(folder_ / "s" / "table.csv"), HasSubstr("\n1,11,ok,"));
 }
 
-// What a plugin does to the process ends with its call.
+// The working folder, rounding mode and floating-point traps are restored after each plugin call.
 TEST_F(PluginEnd, FolderRoundingAndTrapsAreRestored) {
   ASSERT_EQ(run(run_ + "r").code, 0);
   const std::string before = read_text(folder_ / "r" / "summary.json");

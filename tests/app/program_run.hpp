@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The program as its users run it: in a separate folder, with exit code and both outputs. For tests of the program.
+/// Runs the program in a separate folder and records its exit code, stdout and stderr.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -27,7 +27,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// What a run had to say on stderr besides its progress, which a slow machine sees.
+/// The stderr output without progress lines, which appear on slow machines.
 inline std::string complaints(const Outcome& o) {
   return o.err.find("warning") == std::string::npos && o.err.find("error") == std::string::npos ? "" : o.err;
 }
@@ -43,7 +43,7 @@ class ProgramRun : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// Runs `grapnel ARGUMENTS` in the folder; the arguments are the shell's to read.
+  /// Runs `grapnel ARGUMENTS` in the folder; the shell parses the arguments.
   Outcome run(const std::string& arguments) const {
     const std::filesystem::path out = folder_ / "stdout", err = folder_ / "stderr";
     const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' " + arguments + " >'" +

@@ -1,4 +1,4 @@
-// The program as its users meet it: commands, exit codes, files, messages. Physics is tested elsewhere.
+// The command-line program: commands, exit codes, files, messages. Other tests cover the physics.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ std::size_t occurrences(const std::string& text, const std::string& part) {
 }
 
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
-// Short phases: what is tested here does not need long ones.
+// Short phases suffice for these tests.
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
 
 TEST_F(Program, RunWritesDocumentedFiles) {
@@ -76,8 +76,8 @@ std::vector<std::string> words_of(const std::string& line) {
   return {std::istream_iterator<std::string>(in), {}};
 }
 
-// The same words; numbers to the digits that processors agree on, rounding errors as such.
-bool says_the_same(const std::string& shown, const std::string& printed) {
+// Compares words exactly and numbers to 0.1 %; values below 1e-10 are rounding errors and equal.
+bool same_words(const std::string& shown, const std::string& printed) {
   const std::vector<std::string> a = words_of(shown), b = words_of(printed);
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const std::string& x, const std::string& y) {
     if (x == y) return true;
@@ -107,7 +107,7 @@ TEST_F(Program, OutputMatchesReadme) {
     for (std::string one; std::getline(out, one);) printed.push_back(one);
     while (std::getline(readme, line) && line != "```") {
       if (line == "...") continue;
-      EXPECT_TRUE(std::any_of(printed.begin(), printed.end(), [&](const auto& p) { return says_the_same(line, p); }))
+      EXPECT_TRUE(std::any_of(printed.begin(), printed.end(), [&](const auto& p) { return same_words(line, p); }))
           << line;
       ++shown;
     }
@@ -115,7 +115,7 @@ TEST_F(Program, OutputMatchesReadme) {
   EXPECT_GE(shown, 3);
 }
 
-TEST_F(Program, TheSameInputGivesTheSameBytes) {
+TEST_F(Program, SameInputProducesSameBytes) {
   for (const char* name : {"a", "b"}) ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o " + name).code, 0);
   EXPECT_EQ(read_text(folder_ / "a" / "summary.json"), read_text(folder_ / "b" / "summary.json"));
   EXPECT_EQ(read_text(folder_ / "a" / "timeseries.h5"), read_text(folder_ / "b" / "timeseries.h5"));
@@ -125,7 +125,7 @@ TEST_F(Program, QuietPrintsNothing) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "--quiet -o r");
   EXPECT_EQ(o.code, 0);
   EXPECT_EQ(o.out, "");
-  EXPECT_THAT(o.err, testing::MatchesRegex("[^\n]*: warning: captured: assumed[^\n]*\n"));  // warnings are not quiet
+  EXPECT_THAT(o.err, testing::MatchesRegex("[^\n]*: warning: captured: assumed[^\n]*\n"));  // --quiet keeps warnings
 }
 
 TEST_F(Program, OutputDefaultsToScenarioName) {
@@ -196,12 +196,12 @@ TEST_F(Program, ConservationFailureIsNoResult) {
   EXPECT_THAT(coarse.err, HasSubstr("error: conservation check failed: energy_drift is "));
   EXPECT_THAT(coarse.err, HasSubstr("smaller integration.step"));
   EXPECT_THAT(coarse.err, testing::Not(HasSubstr("tolerance")));
-  const auto kept = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
-  EXPECT_EQ(kept["status"], "completed");
-  EXPECT_EQ(kept["ledger"]["pass"], false);
-  EXPECT_THAT(kept["ledger"]["energy_drift"]["advice"].get<std::string>(), HasSubstr("integration.step"));
-  EXPECT_THAT(kept["ledger"]["energy_drift"]["note"].get<std::string>(), HasSubstr("servicer + "));
-  EXPECT_FALSE(kept["ledger"]["linear_momentum_drift"].contains("advice"));
+  const auto stored = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
+  EXPECT_EQ(stored["status"], "completed");
+  EXPECT_EQ(stored["ledger"]["pass"], false);
+  EXPECT_THAT(stored["ledger"]["energy_drift"]["advice"].get<std::string>(), HasSubstr("integration.step"));
+  EXPECT_THAT(stored["ledger"]["energy_drift"]["note"].get<std::string>(), HasSubstr("servicer + "));
+  EXPECT_FALSE(stored["ledger"]["linear_momentum_drift"].contains("advice"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / "timeseries.h5"));
 
   // A result for comparison only is not a success.
@@ -233,7 +233,7 @@ TEST_F(Program, ReportsAssumptionsAndValidity) {
   EXPECT_EQ(summary["feasibility"]["first"]["time"], summary["feasibility"]["valid_until"]);
   EXPECT_EQ(summary["feasibility"]["worst"]["kind"], "overlap");
 
-  // Without checks the verdict is neither yes nor no; from far away there is no capture.
+  // Without checks the result states "not checked"; from a large distance there is no capture.
   const Outcome unseen = run("run " + scenario(kCase1) + kShort + "--set clearance.enabled=false -o r");
   EXPECT_THAT(unseen.out, HasSubstr("\nfeasible: not checked; clearance: switched off by clearance.enabled\n"));
   const Outcome far = run("run " + scenario(kCase1) + kShort +
@@ -244,7 +244,7 @@ TEST_F(Program, ReportsAssumptionsAndValidity) {
   EXPECT_THAT(far.out, HasSubstr("\ncaptured: NO (0 of 2 grasps"));
 }
 
-// The first example: a capture that arrives, judged by envelopes, all of whose bodies and limits are watched and kept.
+// The first example: the end-effectors reach their envelopes, and all clearances and joint limits are satisfied.
 TEST_F(Program, FirstExampleIsFeasible) {
   const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
   EXPECT_EQ(o.code, 0);
@@ -253,7 +253,7 @@ TEST_F(Program, FirstExampleIsFeasible) {
   EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
 }
 
-TEST_F(Program, FailedSimulationKeepsResults) {
+TEST_F(Program, FailedSimulationPreservesResults) {
   const Outcome o =
       run("run " + scenario(kCase1) + " --set integration.max_steps=300 --set approach.tracking.kp=490 -o r");
   EXPECT_EQ(o.code, 1);
@@ -305,7 +305,7 @@ TEST_F(Program, InfeasiblePlanReportsCause) {
   const auto failed = nlohmann::json::parse(read_text(folder_ / "p" / "summary.json"));
   EXPECT_EQ(failed["status"], "failed");
   EXPECT_NEAR(failed["approach"]["plan"]["miss"][0]["distance"], 1.787, 1e-3);
-  EXPECT_FALSE(fs::exists(folder_ / "p" / "timeseries.h5"));  // the earlier run's does not belong to this summary
+  EXPECT_FALSE(fs::exists(folder_ / "p" / "timeseries.h5"));  // the earlier series does not belong to this summary
 }
 
 TEST_F(Program, ExportWritesCsvAndMat) {
@@ -393,7 +393,7 @@ TEST_F(Program, FailedPlanListsWarnings) {
 // --- Messages and streams
 // ---------------------------------------------------------------------------------------------
 
-TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
+TEST_F(Program, OutputsInOnePipePreserveLines) {
   const std::string both = (folder_ / "both").string();
   const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' run '" + scenario(kCase1) + "'" +
                               kShort + "--set impact.law=as_published -o r >'" + both + "' 2>&1 </dev/null";
@@ -413,7 +413,7 @@ TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
 TEST_F(Program, ControlCharactersAreEscaped) {
   for (const char* arguments : {"report", "export --csv", "figure --list", "merge -o m", "run", "info"}) {
     const Outcome o = run(std::string(arguments) + " \"$(printf 'x\\033[31m\\302\\233m\\007\\342\\200\\256')\"");
-    if (o.err.find("was built without Node.js") != std::string::npos) continue;  // no reports, whatever they are of
+    if (o.err.find("was built without Node.js") != std::string::npos) continue;  // reports are not available
     EXPECT_EQ(o.code, 2) << arguments;
     EXPECT_THAT(o.out + o.err, HasSubstr("x?[31m?m??")) << arguments;
     EXPECT_THAT(o.out + o.err, testing::Not(HasSubstr("\x1b"))) << arguments;
@@ -421,8 +421,8 @@ TEST_F(Program, ControlCharactersAreEscaped) {
   }
 }
 
-TEST_F(Program, SeriesWriteErrorKeepsOtherFiles) {
-  // A folder with something in it stands where the file should be.
+TEST_F(Program, SeriesWriteErrorPreservesOtherFiles) {
+  // A nonempty folder occupies the path of the file.
   fs::create_directories(folder_ / "r" / "timeseries.h5" / "x");
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o r");
   EXPECT_EQ(o.code, 1);
@@ -443,7 +443,7 @@ TEST_F(Program, HelpNamesDefaults) {
   EXPECT_TRUE(fs::exists(folder_ / "out" / "open-loop-case-1" / "summary.json"));
 }
 
-// Killed at any moment, a run leaves the previous result or the new one, never half of one.
+// A run killed at any time leaves either the previous results or the new ones, both complete.
 TEST_F(Program, KilledRunLeavesReadableFiles) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o r").code, 0);
   for (int milliseconds = 1; milliseconds < 120; milliseconds += 17) {

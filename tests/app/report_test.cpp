@@ -1,4 +1,4 @@
-// Reports as the program's users meet them: files, exit codes, messages. What the page shows is tested with a browser.
+// The command `grapnel report`: files, exit codes, messages. Browser tests cover the content of the page.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class Report : public test::ProgramRun {
     const Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + arguments + " -o " + name);
     ASSERT_EQ(o.code, 0) << o.err;
   }
-  // The report's data, as the page reads them.
+  // The data embedded in a report.
   nlohmann::json data(const std::string& file) const {
     const std::string page = read_text(folder_ / file), tag = "id=\"grapnel-data\">";
     const std::size_t begin = page.find(tag);
@@ -130,7 +130,7 @@ TEST_F(Report, ReportsWriteError) {
 }
 
 // The results exist and are printed; the missing page is a separate error.
-TEST_F(Report, WriteErrorKeepsResults) {
+TEST_F(Report, WriteErrorPreservesResults) {
   fs::create_directories(folder_ / "r" / "report.html" / "in the way");
   const std::string error = "grapnel: error: no report: cannot write r/report.html: Is a directory\n";
   Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "-o r");
@@ -222,7 +222,7 @@ TEST_F(Report, NoReportOption) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "report.html"));
 }
 
-// A point of a study, as a scenario that gives what the study's table says.
+// The scenario of a study point reproduces the values in the study's table.
 TEST_F(Report, PointOfStudyIsCompleteRun) {
   angles();
   ASSERT_EQ(run("sweep study.yaml -o s --no-report --quiet").code, 0);
@@ -239,7 +239,7 @@ TEST_F(Report, PointOfStudyIsCompleteRun) {
   const double listed = std::stod(last.substr(last.find("ok,,") + 4));
   EXPECT_NEAR(summary["impact"]["grasps"][0]["impulse_magnitude"].get<double>(), listed, 1e-12 * listed);  // measured 0
 
-  // What was written runs by itself, wherever from.
+  // The written scenario runs from any folder.
   ASSERT_EQ(run("run p/scenario.yaml --no-report --quiet -o again").code, 0);
   EXPECT_EQ(read_text(folder_ / "again" / "summary.json"), read_text(folder_ / "p" / "summary.json"));
   EXPECT_EQ(run("sweep study.yaml --only 1 --no-report --quiet").code, 0);
@@ -256,7 +256,7 @@ TEST_F(Report, PointNeverOverwritesUserScenario) {
             "./scenario.yaml: error: already exists, and grapnel did not make it; choose another folder with -o\n");
   EXPECT_EQ(read_text(folder_ / "scenario.yaml"), own);
   ASSERT_EQ(run("sweep study.yaml --only 1 --no-report --quiet -o p").code, 0);
-  EXPECT_EQ(run("sweep study.yaml --only 2 --no-report --quiet -o p").code, 0);  // its own is replaced
+  EXPECT_EQ(run("sweep study.yaml --only 2 --no-report --quiet -o p").code, 0);  // a generated scenario is replaced
 }
 
 TEST_F(Report, MissingPointIsBadInput) {

@@ -1,4 +1,4 @@
-// What is published of results, pages and the viewer's types, follows from their descriptions.
+// The published result pages and the viewer's types follow from the result descriptions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(ResultContracts, PagesAndTypesAreCurrent) {
               file_bytes(root / "web/src" / (name + "_types.ts")))
         << "run scripts/tables";
   }
-  // No other page has a place for a table: scripts/tables would not generate it.
+  // No other page contains a table marker: scripts/tables would not generate the table.
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "docs/formats")) {
     if (entry.path().extension() != ".md" || generated.contains(entry.path())) continue;
     EXPECT_EQ(file_bytes(entry.path()).find("<!-- table "), std::string::npos) << entry.path();

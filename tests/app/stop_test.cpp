@@ -1,4 +1,4 @@
-// Long commands that are asked to stop: exit code 130, and what is complete is kept.
+// Stopping long commands by signals: exit code 130, complete results are preserved.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ class Stop : public test::ProgramRun {
     execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
     _exit(127);
   }
-  // Its exit code after the signal; -1: it ended by the signal, or not within half a minute.
+  // The exit code after the signal; -1 if the signal terminated the process or it did not end within 30 s.
   static int end_by(pid_t child, int signal) {
     kill(child, signal);
     int status = 0;
@@ -60,7 +60,7 @@ class Stop : public test::ProgramRun {
   }
 };
 
-TEST_F(Stop, OptimizationKeepsEvaluationsAndBest) {
+TEST_F(Stop, OptimizationPreservesEvaluationsAndBest) {
   optimization("");
   for (const int signal : {SIGINT, SIGTERM}) {
     fs::remove_all(folder_ / "r");
@@ -79,7 +79,7 @@ TEST_F(Stop, OptimizationKeepsEvaluationsAndBest) {
   }
 }
 
-TEST_F(Stop, SweepKeepsPoints) {
+TEST_F(Stop, SweepPreservesPoints) {
   write("s.yaml", "name: long\nscenario: " GRAPNEL_SOURCE_DIR
                   "/scenarios/thesis/closed-loop.yaml\n"
                   "simulate: impact\naxes:\n  - {quantity: relative_speed, from: 0, to: 1, count: 100000}\n");
@@ -94,7 +94,7 @@ TEST_F(Stop, SweepKeepsPoints) {
   }
 }
 
-// What is neither a run nor a study ends with the same code.
+// Commands other than runs and studies end with the same exit code.
 TEST_F(Stop, EveryCommandEndsWithTheDocumentedCode) {
   ASSERT_EQ(::mkfifo((folder_ / "fifo.mtx").c_str(), 0600), 0);
   ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && (sleep 30 > fifo.mtx & echo $! > sleeper)").c_str()), 0);

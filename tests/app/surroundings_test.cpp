@@ -1,4 +1,4 @@
-// The program where its surroundings are against it: nowhere to write, work that takes for ever, planted files.
+// The program in adverse environments: unwritable outputs, very long computations, planted files.
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -26,18 +26,19 @@ using testing::Not;
 
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
-// The search with wide swings at its ends: a long segment.
+// A capture window search of long duration.
 const std::string kEndless = " --set approach.window.step=0.02 ";  // 6000 plans
 
 class Surroundings : public test::ProgramRun {
  protected:
-  // A line of a shell in the test's folder, where $G is the program: its exit code, or minus the signal that ended it.
+  // Runs a shell command in the test folder, with the program as $G; returns its exit code or the negative signal
+  // number.
   int shell(const std::string& line) const {
     const std::string command = "cd '" + folder_.string() + "' && G='" GRAPNEL_PROGRAM "' && " + line;
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
-  // Starts `grapnel ARGUMENTS` with its messages in "said".
+  // Starts `grapnel ARGUMENTS`; its output goes to the file "said".
   pid_t start(const std::string& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
@@ -45,7 +46,7 @@ class Surroundings : public test::ProgramRun {
     execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
     _exit(127);
   }
-  // Its exit code after SIGTERM, -1: it did not end within a minute (and is killed), or by the signal.
+  // Returns the exit code after SIGTERM; -1 if the signal terminated the process or it was killed after one minute.
   static int stop(pid_t child) {
     kill(child, SIGTERM);
     int status = 0;
@@ -69,7 +70,7 @@ class Surroundings : public test::ProgramRun {
 
 // --- Nowhere to write -----------------------------------------------------------------------------------------------
 
-TEST_F(Surroundings, ClosedStderrKeepsExitCode) {
+TEST_F(Surroundings, ClosedStderrPreservesExitCode) {
   for (const std::string nowhere : {" 2>/dev/full", " 2>&-", " >&- 2>&-"}) {
     EXPECT_EQ(shell("$G check nowhere.yaml" + nowhere), 2) << nowhere;
     EXPECT_EQ(shell("$G run nowhere.yaml" + nowhere), 2) << nowhere;
@@ -81,7 +82,7 @@ TEST_F(Surroundings, ClosedStderrKeepsExitCode) {
   }
 }
 
-TEST_F(Surroundings, FileSizeLimitIsErrorAndSummaryIsKept) {
+TEST_F(Surroundings, FileSizeLimitIsErrorAndSummaryIsPreserved) {
   // 512-byte blocks: enough for the summary, not for the series.
   EXPECT_EQ(shell("ulimit -f 400; $G run '" + scenario(kCase1) + "'" + kShort +
                   "--set output.interval=0.001 --no-report -o r >out 2>err"),
@@ -115,7 +116,7 @@ TEST_F(Surroundings, PlanningLimitReportsRemedy) {
   EXPECT_THAT(steps.err, HasSubstr("steps"));
 }
 
-TEST_F(Surroundings, SignalStopsPlanningAndKeepsResults) {
+TEST_F(Surroundings, SignalStopsPlanningAndPreservesResults) {
   const pid_t child = start("run " + scenario("tumbling-window.yaml") + kEndless + "-o r");
   await("r");
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
@@ -158,7 +159,7 @@ TEST_F(Surroundings, LongSeriesAreStreamed) {
   std::ifstream lines(folder_ / "r" / "timeseries.csv");
   std::size_t count = 0;
   for (std::string line; std::getline(lines, line);) ++count;
-  EXPECT_EQ(count, 1 + 50'001 + 2 + 25'001);  // head, approach, impact, what follows
+  EXPECT_EQ(count, 1 + 50'001 + 2 + 25'001);  // header, approach, impact, post-impact
 }
 
 TEST_F(Surroundings, AnnouncesSizeOfSeries) {
@@ -205,7 +206,7 @@ TEST_F(Surroundings, RemovesFilesOfKilledRun) {
   }
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--no-report --quiet -o r").code, 0);
   EXPECT_FALSE(fs::exists(left));
-  EXPECT_TRUE(fs::exists(notes));  // nothing of ours
+  EXPECT_TRUE(fs::exists(notes));  // not created by grapnel
 }
 
 // --- The same everywhere --------------------------------------------------------------------------------------------
@@ -238,7 +239,7 @@ TEST_F(Surroundings, OutputIndependentOfFolder) {
   EXPECT_EQ(read_text(folder_ / "here/c/report.html").find("No single cases"), std::string::npos);
 }
 
-// Steps of 1e-6 s, because of an impedance that is far too stiff: progress and the reason are warnings.
+// Excessive impedance stiffness forces steps of 1e-6 s; warnings report the progress and the reason.
 TEST_F(Surroundings, SlowRunReportsReasonWithQuiet) {
   const pid_t child = start("run " + scenario("impedance-capture.yaml") +
                             " --set impedance.stiffness=1e12 --set impedance.damping=1e9 --quiet --no-report -o r");

@@ -1,4 +1,4 @@
-// grapnel sweep as its users meet it: exit codes, files, messages.
+// The command `grapnel sweep`: exit codes, files, messages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,7 +27,7 @@ using testing::StartsWith;
 
 class Sweep : public test::ProgramRun {
  protected:
-  // Impacts of the open loop, at stated angles of approach.
+  // A study of open-loop impacts at stated approach angles.
   fs::path angles(const std::string& values) const {
     return write(
         "study.yaml",
@@ -57,13 +57,13 @@ TEST_F(Sweep, WritesItsTable) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "table.partial.csv"));
 }
 
-// What grapnel check and run say of a scenario, the commands say that run it many times: 8 t with 17 kg m^2.
+// Studies print the same scenario warnings as `grapnel check` and `grapnel run`: 8 t with 17 kg m^2.
 TEST_F(Sweep, StudiesPrintScenarioWarnings) {
   const std::string head = "name: warnings\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
                            "\nsimulate: impact\nset: {'targets[0].mass': 8000, approach.plan.starts: 1}\n";
-  const std::string says = "targets[0].inertia: the moment of inertia";
+  const std::string warning = "targets[0].inertia: the moment of inertia";
   ASSERT_THAT(run("check " + scenario("thesis/open-loop-case-1-planned.yaml") + " --set 'targets[0].mass=8000'").err,
-              HasSubstr(says));
+              HasSubstr(warning));
   write("sweep.yaml", head + "axes:\n  - {quantity: relative_speed, values: [0.1]}\n");
   write("optimize.yaml", head +
                              "minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 2, refine: 0}\n"
@@ -73,8 +73,8 @@ TEST_F(Sweep, StudiesPrintScenarioWarnings) {
                              "uniform: {from: 0.9, to: 1.1}}\n");
   for (const std::string command : {"sweep", "optimize", "campaign"}) {
     const Outcome o = run(command + " " + command + ".yaml --quiet -o " + command);
-    EXPECT_THAT(o.err, HasSubstr(says)) << command << o.out;
-    EXPECT_EQ(o.err.find(says), o.err.rfind(says)) << command << ": said more than once";
+    EXPECT_THAT(o.err, HasSubstr(warning)) << command << o.out;
+    EXPECT_EQ(o.err.find(warning), o.err.rfind(warning)) << command << ": said more than once";
   }
 }
 
@@ -88,7 +88,7 @@ TEST_F(Sweep, TheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(Sweep, UnreachablePointsGiveExitCode3) {
+TEST_F(Sweep, UnreachablePointsReturnExitCode3) {
   SKIP_UNDER_SANITIZERS();
   angles("0, 90");
   const Outcome o = run("sweep study.yaml -o r");
@@ -127,7 +127,7 @@ TEST_F(Sweep, QuietPrintsNothingAndFolderHasStudyName) {
   EXPECT_TRUE(fs::exists(folder_ / "out" / "study" / "table.csv"));
 }
 
-// The earlier table stays until the new one is complete; rows so far are beside it.
+// The earlier table remains until the new one is complete; a separate file holds the rows so far.
 TEST_F(Sweep, KilledSweepLeavesReadableTables) {
   angles("0");
   ASSERT_EQ(run("sweep study.yaml --quiet -o r").code, 0);

@@ -150,7 +150,7 @@ TEST(Criterion, NothingComparesWithNaN) {
                            "min(1, a) <= 1", "max(a, 1) >= 1", "max(1, a) >= 1",
                            "sqrt(-1) >= 0",  "0 / 0 == 0"})
     EXPECT_FALSE(holds(text, row)) << text;
-  // Unknown: the negation does not hold either.
+  // The negation of an unknown condition does not hold either.
   EXPECT_FALSE(holds("not a < 1", row));
   EXPECT_FALSE(holds("not a", row));
   EXPECT_FALSE(holds("not (a < 1 and captured)", row));
@@ -226,12 +226,12 @@ TEST(Criterion, ReportsErrorsWithPositions) {
 }
 
 TEST(Criterion, NumbersMayHaveUnits) {
-  // In the order of kNames; "" is not known.
+  // In the order of kNames; "" is an unknown unit.
   std::vector<std::string> units(kNames.size(), "1");
   units[1] = units[2] = "N s", units[3] = "N", units[5] = "m", units[9] = "rad/s", units[12] = "deg", units[13] = "";
   const auto parsed = [&](const std::string& text) { return Criterion::parse(text, kNames, "", units); };
   const auto holds_for = [&](const std::string& text) { return parsed(text).holds(numbers()); };
-  EXPECT_TRUE(holds_for("grasps/tip-1/impulse < 401 mN s"));  // it is 0.4 N s
+  EXPECT_TRUE(holds_for("grasps/tip-1/impulse < 401 mN s"));  // the value is 0.4 N s
   EXPECT_FALSE(holds_for("grasps/tip-1/impulse < 399 mN s"));
   EXPECT_TRUE(holds_for("grasps/*/impulse < 0.61 kg m/s and captured"));
   EXPECT_TRUE(holds_for("abs(spin/x) < 0.2501 rad/s"));
@@ -244,7 +244,7 @@ TEST(Criterion, NumbersMayHaveUnits) {
   EXPECT_TRUE(holds_for("max(a, 3 m) == 8 m"));
   EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // with an unknown unit
   EXPECT_EQ(parsed("grasps/tip-1/impulse < 200 mN s").limits().at(0).bound, 0.2);
-  // Without units of the names nothing is compared, and numbers become SI all the same.
+  // Without units of the names no units are compared; numbers are still converted to SI.
   EXPECT_EQ(Criterion::parse("a < 250 mm", kNames).limits().at(0).bound, 0.25);
 
   const auto expect = [&](const std::string& text, std::size_t offset, const std::string& message) {
@@ -285,21 +285,21 @@ TEST(Criterion, SurvivesHostileTexts) {
   EXPECT_NE(fault_of(std::string("a < 1\0 and b", 12)).message, "no fault");
 }
 
-// Whatever the text, there is an expression or a message with a place in the text.
+// Any text gives an expression, or an error with a position in the text.
 TEST(Criterion, AnyTextIsReadOrRefused) {
-  const std::vector<std::string> pieces{"a",        "b",    "a/b",  "grasps/*/impulse",
-                                        "captured", "(",    ")",    "and ",
-                                        "or ",      "not ", "<",    "<=",
-                                        "==",       "!=",   "+",    "-",
-                                        "*",        "/",    "abs(", "max(",
-                                        ",",        "1",    "2.5",  "`",
-                                        " ",        "1e5",  ".",    "é",
-                                        "x",        "=",    "min(", "spin/x"};
+  const std::vector<std::string> fragments{"a",        "b",    "a/b",  "grasps/*/impulse",
+                                           "captured", "(",    ")",    "and ",
+                                           "or ",      "not ", "<",    "<=",
+                                           "==",       "!=",   "+",    "-",
+                                           "*",        "/",    "abs(", "max(",
+                                           ",",        "1",    "2.5",  "`",
+                                           " ",        "1e5",  ".",    "é",
+                                           "x",        "=",    "min(", "spin/x"};
   std::mt19937 random(1);
   int read = 0;
   for (int i = 0; i < 20000; ++i) {
     std::string text;
-    for (auto n = random() % 12; n > 0; --n) text += pieces[random() % pieces.size()];
+    for (auto n = random() % 12; n > 0; --n) text += fragments[random() % fragments.size()];
     try {
       const Criterion criterion = Criterion::parse(text, kNames);
       criterion.holds(numbers());
@@ -313,7 +313,7 @@ TEST(Criterion, AnyTextIsReadOrRefused) {
   EXPECT_GT(read, 500);  // measured 1100
 }
 
-// Random expressions against the same arithmetic done beside.
+// Random expressions with their values computed independently.
 struct Grown {
   std::string text;
   double value = 0;
@@ -370,7 +370,7 @@ class Grower {
   }
   static Grown join(const Grown& a, const std::string& word, const Grown& b, int level) {
     const Grown x = wrapped(a, level), y = wrapped(b, level + 1);
-    // Undecided where the other alone does not decide.
+    // An unknown operand makes the result unknown unless the other operand decides it.
     const double decides = word == "and" ? 0 : 1;
     const bool decided = x.value == decides || y.value == decides;
     const double rest = std::isnan(x.value) || std::isnan(y.value) ? kNaN : 1 - decides;

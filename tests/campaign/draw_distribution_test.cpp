@@ -34,7 +34,7 @@ double deviation_of(const std::vector<double>& x) {
   return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
-// Kolmogorov and Smirnov's distance, times the square root of the number of draws: above 1.95 once in a thousand.
+// Kolmogorov-Smirnov distance times the square root of the sample size; it exceeds 1.95 with probability 0.001.
 double kolmogorov(std::vector<double> x, const std::function<double(double)>& probability) {
   std::sort(x.begin(), x.end());
   const auto n = static_cast<double>(x.size());
@@ -84,7 +84,7 @@ TEST(Distribution, CutNormalStaysInsideAndHasItsShape) {
   EXPECT_LT(kolmogorov(x, [&](double v) { return (normal_probability((v - 3) / 0.5) - p) / (q - p); }), 1.95);
 }
 
-TEST(Distribution, TruncatedNormalInATailKeepsPrecision) {
+TEST(Distribution, TruncatedNormalInATailRetainsPrecision) {
   // Beyond 9 deviations above the mean the tail is nearly exponential with slope 9 per deviation.
   const NumberDistribution d{Kind::normal, 0, 1, 9, HUGE_VAL, true};
   const double median = d.at(0.5);
@@ -153,12 +153,12 @@ TEST(Distribution, RotationsAreUniform) {
     angles.push_back(rotation_angle(R));
     images.push_back((R * fixed)[1]);
   }
-  // The angle of a uniform rotation has the density (1 - cos) / pi; what it makes of a vector is uniform on the sphere.
+  // The angle of a uniform rotation has the density (1 - cos) / pi; a rotated vector is uniform on the sphere.
   EXPECT_LT(kolmogorov(angles, [](double a) { return (a - std::sin(a)) / std::numbers::pi; }), 1.95);
   EXPECT_LT(kolmogorov(images, [](double v) { return (v + 1) / 2; }), 1.95);
 }
 
-TEST(Distribution, TiltKeepsTheLengthAndRotatesByTheAngle) {
+TEST(Distribution, TiltPreservesTheLengthAndRotatesByTheAngle) {
   for (const Vector3d& v : {Vector3d{0, 0, 0.2}, Vector3d{1, 2, -3}, Vector3d{-4, 0, 0}}) {
     const Vector3d w = tilted(v, 0.03, -0.04);
     EXPECT_NEAR(norm(w), norm(v), 1e-15 * norm(v));

@@ -38,7 +38,7 @@ TEST(KeyedPermutation, IsOne) {
   }
 }
 
-// Of three things all six orders are about equally frequent.
+// All six orders of three items are about equally frequent.
 TEST(KeyedPermutation, AllOrdersOccur) {
   std::map<std::vector<std::uint64_t>, int> counts;
   constexpr int kSeeds = 6000;
@@ -91,8 +91,8 @@ TEST(Samples, LatinHypercubesOfManyCasesStayInTheirParts) {
   }
 }
 
-// Point k by direction numbers is the k-th that Boost's engine gives in turn (it leaves out the origin).
-TEST(Sobol, DirectionNumbersGiveTheSequence) {
+// Point k from the direction numbers equals the k-th point of Boost's engine, which omits the origin.
+TEST(Sobol, DirectionNumbersReproduceTheSequence) {
   constexpr std::size_t kDimensions = 40;
   const auto directions = sobol_directions(kDimensions);
   boost::random::sobol_engine<std::uint32_t, 32> engine(kDimensions);
@@ -130,7 +130,7 @@ TEST(Sobol, ScrambledPointsAreANet) {
   }
 }
 
-// The mean of a smooth function: far better than by random points.
+// The mean of a smooth function has a much smaller error than with random points.
 TEST(Sobol, IntegratesBetterThanRandomPoints) {
   constexpr std::uint64_t kCases = 4096;
   const auto error = [&](Sampling sampling) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A campaign that costs nothing: rows are made from their indices alone. For tests of storing and running.
+/// A campaign without simulation: rows depend only on their indices. For tests of storing and running.
 
 #include <filesystem>
 #include <string>
@@ -24,7 +24,7 @@ bool same_row(const CaseRow& a, const CaseRow& b);
 
 /// All rows in a folder.
 std::vector<CaseRow> rows_in(const std::filesystem::path& folder, const Campaign& campaign);
-/// That they are those of fake_row(), all `total` of them.
+/// Expects `total` rows in the folder, equal to fake_row().
 void expect_fake_rows(const std::filesystem::path& folder, const Campaign& campaign, std::uint64_t total);
 
 using TemporaryFolder = ScratchFolder;

@@ -1,4 +1,4 @@
-/// Cases in lanes against the same cases alone: the same outcomes, whatever watches them.
+/// Cases in lanes against single runs of the same cases: equal results with any monitors.
 
 #include "grapnel/campaign/campaign.hpp"
 
@@ -18,8 +18,8 @@
 namespace grapnel::testing {
 namespace lane_block_test {
 
-// The thesis's capture under PD control with a target of another mass in every case; joint limits and clearance are
-// watched, and exceeded.
+// The thesis capture under PD control with a different target mass in every case. Joint limits and clearance are
+// monitored and exceeded.
 CaptureProblem watched_problem() {
   CaptureProblem p = thesis_case_pd();
   p.contact.gap = ContactSetup::Gap::translate_target;
@@ -27,11 +27,11 @@ CaptureProblem watched_problem() {
   p.post_impact->duration = 8;
   p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-10;
   watch_closely(p);
-  p.output_interval = 0.02;  // cases alone look so often, besides
+  p.output_interval = 0.02;  // single runs also check at these instants
   return p;
 }
 
-// Rows of the ledger that say by how much watched limits are exceeded; the last columns.
+// Ledger rows with the violations of monitored limits; the last columns.
 constexpr const char* kWatched[] = {"joint_position_violation", "joint_rate_violation", "clearance_violation"};
 
 Campaign campaign_of(const CaptureProblem& base) {
@@ -100,7 +100,7 @@ TEST(LaneBlock, MonitorsTheSameAsWithoutLanes) {
     const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
     ASSERT_EQ(rows.size(), alone.size());
     for (const CaseRow& row : rows) EXPECT_EQ(row.status, CaseStatus::ok) << row.reason;
-    // A watch sees states at the ends of steps here, at output instants there.
+    // Monitors check states at the ends of steps in lanes, and at output instants in single runs.
     const double of_motion = difference(campaign, rows, alone, 0, clearance),
                  of_watches = difference(campaign, rows, alone, clearance, all);
     std::printf(
@@ -111,7 +111,7 @@ TEST(LaneBlock, MonitorsTheSameAsWithoutLanes) {
   }
 }
 
-// A scenario with some changes, and another mass of the first target in every case.
+// A scenario with overrides and a different mass of the first target in every case.
 struct Varied {
   std::string name;
   std::vector<Override> overrides;
@@ -133,7 +133,7 @@ void expect_lanes_as_alone(const Varied& varied) {
   Campaign campaign;
   campaign.cases = test::kSanitized ? 3 : cases;
   campaign.columns = standard_columns(base, true);
-  std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });  // cases with these are alone
+  std::erase_if(campaign.columns, [](const Column& c) { return c.needs_loads; });  // these columns require single runs
   campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
   campaign.problem = [base](std::uint64_t k) {
     StudyCase point{base, inward_normals(base)};
@@ -162,12 +162,11 @@ void expect_lanes_as_alone(const Varied& varied) {
   }
 }
 
-// Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
-// segments are integrated in lanes, with separate conservation checks, and give the results of single cases. Commands
-// that are held or delayed continue through the impact.
+// Loads, orbital gravity, base attitude control and sampled control from shipped scenarios. All segments are integrated
+// in lanes with separate conservation checks and agree with single runs. Held or delayed commands continue through the
+// impact.
 TEST(LaneBlock, ExternalLoadsActInLanes) {
-  // Measured 3.6e-9; commands lost at the impact give 1.7e-7. Wheels at their rates make more of
-  // rounding.
+  // Measured 3.6e-9; commands lost at the impact give 1.7e-7. Spinning wheels amplify rounding errors.
   const std::vector<Varied> scenarios{
       {"orbit-drift", {}},
       {"thesis/open-loop-case-1-stabilized", {}, 5},
@@ -200,9 +199,9 @@ std::string twelve_thrusters(const std::string& more = "") {
   return all + "]";
 }
 
-// What is read, asked and switched at ticks, with motion in lanes: sensors with noise, delays and a target that is
-// identified by them, computed torque with a wrong model, a custom controller, thrusters, wheels at speeds of
-// their own and arms that are fed forward. The noise is that of cases alone, number by number.
+// Sensor readings and controller updates at ticks, with motion in lanes: noisy sensors, delays, target identification,
+// computed torque with a wrong model, a custom controller, thrusters, wheel speeds, feedforward of the arms. The noise
+// equals that of single runs, number by number.
 TEST(LaneBlock, ControllerUpdatesAreSeparateForEveryCase) {
   SKIP_UNDER_SANITIZERS();
   const std::string identified =
@@ -244,8 +243,8 @@ TEST(LaneBlock, ControllerUpdatesAreSeparateForEveryCase) {
   for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
 }
 
-// A base that an ideal wrench holds until the first grasp, or that is bolted to the ground for good: what the ground
-// gives is in the balances of momentum.
+// A base held by an ideal wrench until the first grasp, or fixed to the ground. The momentum balances include the
+// ground reaction.
 TEST(LaneBlock, BasesThatAreHeldOrFixedAreInLanes) {
   for (const char* mode : {"held", "fixed"}) {
     const std::vector<Override> overrides{{"robot.base.mode", mode}, {"contact", "{gap: weld_as_found}"}};
@@ -256,9 +255,9 @@ TEST(LaneBlock, BasesThatAreHeldOrFixedAreInLanes) {
   }
 }
 
-// Grasps that close where an envelope is reached, simultaneously or one by one: lanes hand the case back before the
-// step in which that may be, and what is left of the piece is integrated alone. Measured 1e-11, except for impulses
-// that are zero up to rounding.
+// Grasps that close when an envelope is reached, together or one by one. Lanes hand the case back before the step of a
+// possible arrival; a single run integrates the remaining segment. Measured 1e-11, except for impulses that are zero up
+// to rounding.
 TEST(LaneBlock, ArrivalsAreFoundAsAlone) {
   const std::vector<Override> envelopes{{"robot.end_effectors.tip-1.envelope", "{position: 0.2}"},
                                         {"robot.end_effectors.tip-2.envelope", "{position: 0.25}"},
@@ -281,8 +280,8 @@ TEST(LaneBlock, ArrivalsAreFoundAsAlone) {
   expect_lanes_as_alone({scenario, with({computed, sampled, second, first}), 3, 1e-8});
 }
 
-// Both arms, or three, hold one target: loops are closed, in the plane (where rows are redundant) and in space, after
-// one impact or a second one later, with joints free, driven or braked.
+// Two or three arms on one target: planar loops (with redundant rows) and spatial loops, after one or two impacts, with
+// free, driven or braked joints.
 TEST(LaneBlock, ClosedLoopsAreInLanes) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Varied> scenarios{
@@ -294,7 +293,7 @@ TEST(LaneBlock, ClosedLoopsAreInLanes) {
   for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
 }
 
-// Links that bend: springs, dampers and pieces without mass, in the approach and after the impact.
+// Flexible links: springs, dampers and massless segments, in the approach and after the impact.
 TEST(LaneBlock, FlexibleRobotsRunInLanes) {
   SKIP_UNDER_SANITIZERS();
   std::vector<Override> overrides{{"robot", "../robots/planar-dual-arm-flexible.yaml"},
@@ -309,9 +308,9 @@ TEST(LaneBlock, FlexibleRobotsRunInLanes) {
   expect_lanes_as_alone({"first-plan", overrides, 3, 3e-8});
 }
 
-// Cases of which every fifth is of another structure, since one arm's joint has friction, and the eighth fails before
-// the impact, since its target is out of reach: with few simultaneous cases lanes are filled again from cases that are
-// begun, and integrated to that point during this time. Rows are those of a block whose cases are all under way.
+// Every fifth case has another structure (joint friction), and the eighth fails before the impact (target out of
+// reach). With few simultaneous cases, free lanes are refilled from cases started meanwhile. Rows equal those of a
+// block with all cases in progress.
 TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
   CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
                                       std::vector<Override>{{"post_impact.duration", "2"}});
@@ -335,8 +334,8 @@ TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
     const std::vector<CaseRow> all = run_block_in_lanes(campaign, block, set, {}, campaign.cases);
     ASSERT_EQ(all.size(), campaign.cases);
     EXPECT_EQ(all[7].status, CaseStatus::failed);
-    for (const std::size_t under_way : {std::size_t{1}, std::size_t{3}, std::size_t{12}}) {
-      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, block, set, {}, under_way);
+    for (const std::size_t in_progress : {std::size_t{1}, std::size_t{3}, std::size_t{12}}) {
+      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, block, set, {}, in_progress);
       ASSERT_EQ(rows.size(), all.size());
       for (std::size_t k = 0; k < rows.size(); ++k) {
         EXPECT_EQ(rows[k].index, k);
@@ -350,7 +349,7 @@ TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
   }
 }
 
-// A request to stop while lanes are being filled again: the block is given up.
+// A stop request while lanes are being refilled abandons the block.
 TEST(LaneBlock, StopsWhileLanesAreFilledAgain) {
   CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
                                       std::vector<Override>{{"post_impact.duration", "2"}});
@@ -372,7 +371,7 @@ TEST(LaneBlock, StopsWhileLanesAreFilledAgain) {
   EXPECT_LT(begun, 12u);
 }
 
-// The rows of the ledger that say how loops were kept closed come from lanes, and say nothing where lanes do not go.
+// Lanes provide the ledger rows of loop closure errors, in agreement with single runs.
 TEST(LaneBlock, LoopsAreWatchedInLanes) {
   const std::vector<Override> shorter{{"post_impact.duration", "10"}, {"clearance.enabled", "false"}};
   const CaptureProblem whole = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/closed-loop.yaml", shorter);
@@ -413,8 +412,7 @@ TEST(LaneBlock, LoopsAreWatchedInLanes) {
   }
 }
 
-// Wheels that come to their largest rates in some cases: these continue alone from the step before, the others in
-// lanes.
+// Some cases reach the maximum wheel rate: these continue in single runs from the previous step, the others in lanes.
 TEST(LaneBlock, WheelsNearTheirLargestRatesContinueAlone) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"}, {"post_impact.duration", "60"}};
@@ -444,12 +442,12 @@ TEST(LaneBlock, WheelsNearTheirLargestRatesContinueAlone) {
     ASSERT_EQ(rows.size(), alone.size());
     for (const CaseRow& row : rows) ASSERT_EQ(row.status, CaseStatus::ok) << row.reason;
     EXPECT_LT(difference(campaign, rows, alone, 0, rate), 3e-7);
-    EXPECT_LT(difference(campaign, rows, alone, rate, rate + 1), 1e-2);  // seen at ends of steps, of other steps
+    EXPECT_LT(difference(campaign, rows, alone, rate, rate + 1), 1e-2);  // sampled at the ends of different steps
   }
 }
 
-// Where sensors have been read a case that leaves its lane is simulated again, and what was read does not count twice:
-// the bits of the case alone.
+// A case that leaves its lane after sensor readings restarts as a single run. Its readings do not count twice, and its
+// results equal a single run bit for bit.
 TEST(LaneBlock, CasesAfterSensorReadingsRestart) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"},
@@ -490,7 +488,7 @@ TEST(LaneBlock, CasesAfterSensorReadingsRestart) {
   EXPECT_LT(off, 3e-7);
 }
 
-// What lanes book is judged per group of bodies that touch, too: a heavy body that passes by hides no error.
+// Conservation checks in lanes are separate for each group of touching bodies: a heavy bystander hides no error.
 TEST(LaneBlock, AHeavyBystanderHidesNothing) {
   const auto rows_with = [](double mass, lanes::InstructionSet set) {
     CaptureProblem p = watched_problem();
@@ -522,14 +520,14 @@ TEST(LaneBlock, AHeavyBystanderHidesNothing) {
       ASSERT_EQ(heavy[k].status, CaseStatus::ok) << heavy[k].reason;
       const double energy = light[k].values[0];
       EXPECT_GT(energy, 1e-13) << "nothing to hide";
-      EXPECT_GT(heavy[k].values[0], 0.5 * energy);  // over the scene's energy it would be 1e-10 of that
+      EXPECT_GT(heavy[k].values[0], 0.5 * energy);  // relative to the scene's energy it would be 1e-10 times this
       EXPECT_LT(heavy[k].values[1], 1e-11);
       EXPECT_LT(heavy[k].values[2], 1e-10);
     }
   }
 }
 
-// Loads are found in every step of a case alone, also where its neighbours are in lanes: the same bits.
+// Cases with load columns are integrated in single runs: their results equal single runs bit for bit.
 TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
   Campaign campaign = campaign_of(watched_problem());
   for (const Column& column : offered_columns(watched_problem(), true)) {
@@ -546,7 +544,7 @@ TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
   }
 }
 
-// A stop while some cases are complete and others are under way.
+// A stop while some cases are complete and others are in progress.
 TEST(LaneBlock, StoppedBlockIsAbandonedCompletely) {
   Campaign campaign = campaign_of(watched_problem());
   std::stop_source stop;
@@ -560,7 +558,7 @@ TEST(LaneBlock, StoppedBlockIsAbandonedCompletely) {
 
 TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
   Campaign campaign = campaign_of(watched_problem());
-  campaign.time_limit = 1e-9;  // looked at where something is watched
+  campaign.time_limit = 1e-9;  // checked at each monitor evaluation
   const lanes::InstructionSet set = lanes::supported_instruction_sets().back();
   const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
   ASSERT_EQ(rows.size(), campaign.cases);
@@ -571,7 +569,7 @@ TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
   }
 }
 
-// What is watched, and what is not for lanes and why, is found by one case.
+// One case suffices to list the monitors, and the segments without lane support with their reasons.
 TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
   CaptureProblem base = watched_problem();
   const auto text = [&](CampaignPlan plan) {
@@ -597,25 +595,25 @@ TEST(SlowSettings, NameTheCausesOfLongRunTimes) {
   EXPECT_EQ(fixed_steps.find("distances"), std::string::npos) << fixed_steps;
 }
 
-// A column that needs the loads of every step keeps motion out of lanes.
+// A column that needs the loads of every step prevents integration in lanes.
 TEST(SlowSettings, NameColumnsOfLoads) {
   CaptureProblem base = watched_problem();
   base.clearance.enabled = false;
   Campaign campaign = campaign_of(base);
   ASSERT_FALSE(campaign.columns.empty());
-  const auto says = [&] {
+  const auto reports = [&] {
     std::string all;
     for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
     return all.find("case by case instead of in SIMD lanes: loads are monitored (the columns margins/") !=
            std::string::npos;
   };
   for (Column& column : campaign.columns) column.needs_loads = false;
-  EXPECT_FALSE(says());
+  EXPECT_FALSE(reports());
   campaign.columns.back().needs_loads = true;
-  EXPECT_TRUE(says());
+  EXPECT_TRUE(reports());
 }
 
-// Whose plumes meet what is seen inside of steps, where lanes do not look.
+// Plume impingement is checked within steps, which lanes do not support.
 TEST(SlowSettings, NamePlumes) {
   SKIP_UNDER_SANITIZERS();
   const auto text = [](const std::string& more) {

@@ -22,7 +22,7 @@ using test::write_bytes;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 
-// Why a lock is refused; empty if it is not.
+// The reason for a refused lock; empty if the lock is granted.
 std::string refusal(const fs::path& folder, const std::string& writer = "") {
   try {
     const CampaignLock lock(folder, writer);
@@ -60,7 +60,7 @@ TEST(Lock, WritersWithNamesShareAFolder) {
 // A process that holds the lock until it is killed.
 class Holder {
  public:
-  // `orphan`: a child of it, which shares the lock, lives so much longer.
+  // `orphan`: additional lifetime of a child process that shares the lock.
   explicit Holder(const fs::path& folder, const std::string& writer = "",
                   std::chrono::milliseconds orphan = std::chrono::milliseconds(0)) {
     int ready[2];
@@ -100,13 +100,13 @@ TEST(Lock, EndsWithItsProcess) {
   Holder holder(folder.path());
   EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
   holder.kill();
-  EXPECT_NE(bytes_of(folder.path() / "lock"), "");  // it could not clean up
+  EXPECT_NE(bytes_of(folder.path() / "lock"), "");  // the killed process could not remove it
   EXPECT_EQ(refusal(folder.path(), "task-1"), "");
   EXPECT_EQ(refusal(folder.path()), "");
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-// A child process that reads a table for a holder that is killed ends a little later.
+// The child process of a killed holder still has the lock and ends a little later.
 TEST(Lock, WaitsForTheChildOfAKilledHolder) {
   const TemporaryFolder folder;
   Holder holder(folder.path(), "", std::chrono::milliseconds(200));
@@ -126,13 +126,13 @@ TEST(Lock, OfANamedWriterEndsWithItsProcess) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-// What another machine wrote, where its lock is not known here.
+// A lock file of another machine, whose file lock is not visible here.
 void write_foreign(const fs::path& file, int seconds_ago) {
   write_bytes(file, "host far-away\npid 4711\nsince 2026-01-02 03:04:05 UTC\nboot x\nspace y\nstart 1\n");
   fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(seconds_ago));
 }
 
-TEST(Lock, OfAnotherMachineCountsUntilItGivesNoSignOfLife) {
+TEST(Lock, OfAnotherMachineCountsUntilItsHeartbeatStops) {
   const TemporaryFolder folder;
   write_foreign(folder.path() / "lock", 20);
   const std::string why = refusal(folder.path());

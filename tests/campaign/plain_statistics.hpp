@@ -9,7 +9,7 @@
 
 namespace grapnel::test {
 
-/// Of numbers in any order.
+/// Describes numbers in any order.
 inline Description describe_numbers(std::span<const double> numbers, std::span<const double> probabilities) {
   std::vector<double> sorted;
   std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(sorted), [](double x) { return std::isfinite(x); });
@@ -36,7 +36,7 @@ inline Sensitivity sensitivity_of(std::span<const double> x, std::span<const dou
   return grapnel::sensitivity_of(ranking_of(pairs.x), RankedNumbers(pairs.y));
 }
 
-/// Spearman's by its definition: Pearson's of the ranks.
+/// Spearman's rank correlation by its definition: Pearson's correlation of the ranks.
 inline double rank_correlation(std::span<const double> x, std::span<const double> y) {
   const Pairs pairs = finite_pairs(x, y);
   const std::size_t n = pairs.x.size();

@@ -191,7 +191,7 @@ TEST(CampaignReport, RanksInfluentialInputs) {
   EXPECT_EQ(sensitivity["left_out"], 0);
 }
 
-// An input that is an offset on what the design makes of the scenario, shown as its sum.
+// An input that is an offset to the design value; the report shows the sum.
 TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   constexpr std::uint64_t kPoints = 5, kCases = 1000;
   Campaign campaign = fake_campaign(kCases);
@@ -221,7 +221,7 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   EXPECT_GT(index("a", 0), 0.9) << "the offset alone decides";
   EXPECT_LT(std::abs(index("b/x", 0)), 0.05) << "the design alone decides";
   EXPECT_GT(index("b/y", 1), 0.9);
-  // The design's axis is one of what matters.
+  // The design axis is one of the sensitivity groups.
   ASSERT_EQ(a.report.groups.size(), 3u);
   EXPECT_EQ(a.report.groups[2].name, "angle");
   for (const CampaignReport::Measure& measure : a.report.measures) {
@@ -234,7 +234,7 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown unchanged";
 }
 
-// A campaign of one grasp: a's grasp closes where both tolerances are kept.
+// A campaign with one grasp, which closes if both tolerances are satisfied.
 struct Grasping {
   Campaign campaign = fake_campaign(1000);
   std::vector<CaseRow> rows;
@@ -280,7 +280,7 @@ struct Grasping {
   }
 };
 
-TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
+TEST(CampaignReport, CountsReasonsForFailure) {
   Grasping grasping;
   grasping.rows[7].status = CaseStatus::failed;
   grasping.rows[7].reason = "conservation check failed: energy_drift 1e-3, at most 1e-10";
@@ -336,14 +336,14 @@ TEST(CampaignReport, WarnsAboutLimitsOfSuccess) {
   EXPECT_EQ(
       warnings(always),
       "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so it has no effect\n");
-  const Analyzed nobody = assumed.with({"captured"});
-  EXPECT_EQ(nobody.json["success"]["assumed"], 1000);
-  EXPECT_EQ(warnings(nobody),
+  const Analyzed all_assumed = assumed.with({"captured"});
+  EXPECT_EQ(all_assumed.json["success"]["assumed"], 1000);
+  EXPECT_EQ(warnings(all_assumed),
             "in all successes the grasps are assumed to close: end-effectors without an 'envelope' hold without a "
             "check of position and velocity\n");
-  EXPECT_NE(
-      campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold without an envelope\n"),
-      std::string::npos);
+  EXPECT_NE(campaign_summary(all_assumed.campaign, all_assumed.report)
+                .find("1000 cases, all assumed to hold without an envelope\n"),
+            std::string::npos);
   const Analyzed unchecked = judged.with({"captured", "feasible"});
   EXPECT_EQ(unchecked.json["criteria"][1]["not_checked"], 1000);
   EXPECT_EQ(unchecked.json["counts"]["success"], 0);
@@ -354,7 +354,7 @@ TEST(CampaignReport, WarnsAboutLimitsOfSuccess) {
   EXPECT_NE(warnings(none).find("no criteria are given: every completed case"), std::string::npos);
 }
 
-// Without a capture there is no impulse to check: the miss is decisive.
+// Without a capture there is no impulse to check: the missed capture is decisive.
 TEST(CampaignReport, UncheckedCriteriaDoNotHideFailedOnes) {
   Grasping grasping;
   std::uint64_t missed = 0, hard = 0;
@@ -387,7 +387,7 @@ TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
     ADD_FAILURE() << name;
     return sensitivity;
   };
-  // The position's use of its tolerance is that of three coordinates together, none of which tells much alone.
+  // The position tolerance used depends on three coordinates together; each alone explains little.
   const Json& used = measure("grasps/tip-1/tolerance_used/position");
   for (int i = 0; i < 6; ++i) EXPECT_LT(used["first_order"][i].get<double>(), 0.45);
   EXPECT_GT(used["groups"]["first_order"][0].get<double>(), 0.85);  // measured 0.93

@@ -88,7 +88,7 @@ struct Counted {
   }
 };
 
-TEST(RunCampaign, StopKeepsEveryCompleteCase) {
+TEST(RunCampaign, StopPreservesEveryCompleteCase) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   Counted counted;
@@ -104,7 +104,7 @@ TEST(RunCampaign, StopKeepsEveryCompleteCase) {
     o.progress = [&](const CaseProgress&) {
       if (left <= 0) stop.request_stop();
     };
-    // Slow enough that the stop comes in the middle.
+    // Slow enough for a stop before the end.
     const BlockWork slow = [&](const Block& block, const std::stop_token& token) {
       if (round < 3 && (left -= static_cast<int>(block.end - block.begin)) < 0)
         while (!token.stop_requested()) std::this_thread::yield();
@@ -115,7 +115,7 @@ TEST(RunCampaign, StopKeepsEveryCompleteCase) {
     EXPECT_EQ(done.stopped, done.done < kCases);
     last = done.done;
   }
-  EXPECT_EQ(counted.cases.size(), kCases);  // none twice
+  EXPECT_EQ(counted.cases.size(), kCases);  // each case once
   test::expect_fake_rows(folder.path(), campaign, kCases);
 }
 
@@ -125,22 +125,22 @@ TEST(RunCampaign, LongBlocksAreWrittenInParts) {
   const Campaign campaign = fake_campaign(1000);  // blocks of 8
   ShardStore store(folder.path(), campaign, options());
   CampaignOptions o;
-  o.hand_in = 0;
+  o.write_interval = 0;
   std::uint64_t seen = 0;
-  const BlockWork look = [&](const Block& block, const std::stop_token& stop) {
+  const BlockWork slow_work = [&](const Block& block, const std::stop_token& stop) {
     if (block.number > 0 || block.begin == 0) return test::fake_work()(block, stop);
-    for (int i = 0; i < 20000 && seen < block.begin; ++i) {  // the writer has the rows before
+    for (int i = 0; i < 20000 && seen < block.begin; ++i) {  // until the earlier rows are written
       seen = store.rows({0, 0, 8}).size();
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return test::fake_work()(block, stop);
   };
-  run_campaign(look, store, o);
+  run_campaign(slow_work, store, o);
   EXPECT_EQ(seen, 7u);  // after parts of 1, 2 and 4
   test::expect_fake_rows(folder.path(), campaign, 1000);
 }
 
-TEST(RunCampaign, ExceptionEndsTheRunAndKeepsExistingRows) {
+TEST(RunCampaign, ExceptionEndsTheRunAndPreservesExistingRows) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const BlockWork failing = [](const Block& block, const std::stop_token& stop) {
@@ -154,8 +154,8 @@ TEST(RunCampaign, ExceptionEndsTheRunAndKeepsExistingRows) {
   test::expect_fake_rows(folder.path(), campaign, kCases);
 }
 
-// A disk that is full: no file of this process may grow beyond what the limit says.
-TEST(RunCampaign, FullDiskIsAnErrorAndKeepsExistingRows) {
+// A file size limit for this process simulates a full disk.
+TEST(RunCampaign, FullDiskIsAnErrorAndPreservesExistingRows) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   const pid_t child = fork();
@@ -200,7 +200,7 @@ TEST(RunCampaign, MemoryIsBoundedByAFewBlocks) {
   std::atomic<std::int64_t> begun = 0, most = 0;
   CampaignOptions o = threads(2);
   std::atomic<std::uint64_t> written = 0;
-  // Workers run ahead of the writer by the queue only.
+  // Workers run ahead of the writer by at most the queue length.
   const BlockWork work = [&](const Block& block, const std::stop_token& stop) {
     if (block.begin % 20 == 0) ++begun;
     const std::int64_t ahead = begun - static_cast<std::int64_t>(written);
@@ -220,14 +220,14 @@ TEST(RunCampaign, MemoryIsBoundedByAFewBlocks) {
 
 // --- Killed at any moment ---
 
-// Runs the campaign until it is complete or `after` is over, when it is killed. Whether it was complete.
+// Runs the campaign and kills it after the time `after`; returns whether it was complete before.
 bool run_and_kill(const fs::path& folder, const Campaign& campaign, std::chrono::microseconds after) {
   const pid_t child = fork();
   if (child == 0) {
     {
       ShardStore store(folder, campaign, options());
       CampaignOptions o = threads(2);
-      o.hand_in = 0.002;
+      o.write_interval = 0.002;
       const BlockWork slow = [](const Block& block, const std::stop_token& stop) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return test::fake_work()(block, stop);
@@ -243,7 +243,7 @@ bool run_and_kill(const fs::path& folder, const Campaign& campaign, std::chrono:
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// Few long blocks: also their parts are met.
+// Few long blocks, so that kills also occur between the parts of a block.
 void begin_with_long_blocks(const fs::path& folder, const Campaign& campaign) {
   fs::create_directories(folder);
   Manifest manifest = new_manifest(campaign, "1.2");
@@ -267,7 +267,7 @@ TEST(RunCampaign, ContinuesAfterAKillAtAnyTime) {
   for (int round = 0; kills < kKills; ++round) {
     const fs::path killed = folder.path() / std::to_string(round);
     begin_with_long_blocks(killed, campaign);
-    double longest = 4000;  // [us]; grows, so that the slowest machine comes to an end
+    double longest = 4000;  // [us]; grows until the campaign completes on slow machines
     for (bool complete = false; !complete; longest *= 1.03) {
       random = random * 1664525u + 1013904223u;
       const double part = static_cast<double>(random >> 8) * 0x1p-24;
@@ -288,7 +288,7 @@ TEST(RunCampaign, ContinuesAfterAKillAtAnyTime) {
   std::printf("%d kills, %d of them with some rows on disk\n", kills, in_the_middle);
 }
 
-// By a clock that the work itself advances: 5 ms a case alone, 1 ms in larger parts.
+// The work advances the clock: 5 ms in total for fewer than 4 cases, 1 ms per case in larger parts.
 TEST(CampaignEstimate, IsThatOfLargerParts) {
   double now = 100;
   std::vector<std::uint64_t> sizes;

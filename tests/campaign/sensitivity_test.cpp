@@ -77,8 +77,8 @@ void expect_indices(const Function& function, const std::vector<double>& exact, 
   }
 }
 
-// Measured deviations at most: 0.0066, 0.0039, 0.0047. Single neighbours (groups of one) miss by up to 0.5 on Sobol's
-// sequence, where next points lie in different halves of other inputs, and by 0.008 on the others.
+// Maximum measured deviations: 0.0066, 0.0039, 0.0047. Single neighbours (groups of one) give errors up to 0.5 on
+// Sobol's sequence, whose consecutive points lie in different halves of other inputs, and up to 0.008 on the others.
 TEST(Sensitivity, OfIshigamisFunction) { expect_indices(ishigami, kIshigami, 0.012); }
 TEST(Sensitivity, OfALinearFunction) { expect_indices(linear, kLinear, 0.012); }
 TEST(Sensitivity, OfSobolsFunction) { expect_indices(g_function, g_indices(), 0.015); }
@@ -95,7 +95,7 @@ TEST(Sensitivity, OfSmallSamples) {
   }
 }
 
-// The stated error is the spread of the estimate over samples, or somewhat more.
+// The stated error equals or slightly exceeds the standard deviation of the estimate over samples.
 TEST(Sensitivity, ErrorIsTheSpreadOfTheEstimate) {
   const std::vector<double> exact = g_indices();
   for (const std::size_t input : {std::size_t{0}, std::size_t{1}, std::size_t{3}}) {
@@ -123,14 +123,14 @@ TEST(Sensitivity, OfYesAndNo) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     x[i] = uniform(random);
     decides[i] = x[i] < 0.3;
-    both[i] = (x[i] < 0.5) != (uniform(random) < 0.5);  // depends on x with another number only
+    both[i] = (x[i] < 0.5) != (uniform(random) < 0.5);  // depends on x only in combination with another number
   }
   EXPECT_NEAR(sensitivity_of(x, decides).first_order, 1, 0.01);
   EXPECT_NEAR(sensitivity_of(x, both).first_order, 0, 0.01);
   EXPECT_NEAR(sensitivity_of(x, decides).rank_correlation, -std::sqrt(3 * 0.3 * 0.7), 0.02);
 }
 
-// Few values of x, in the order of the rows: Var(E[y|x]) is that of three means.
+// An input with three values, in row order: Var(E[y|x]) is the variance of three means.
 TEST(Sensitivity, OfAnInputWithFewValues) {
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
@@ -142,7 +142,7 @@ TEST(Sensitivity, OfAnInputWithFewValues) {
   EXPECT_NEAR(sensitivity_of(x, y).first_order, (2.0 / 3) / (2.0 / 3 + 1), 0.03);
 }
 
-TEST(Sensitivity, IsTheSameHoweverItIsAskedFor) {
+TEST(Sensitivity, DoesNotDependOnTheRequest) {
   Sample sample = sample_of(ishigami, 3, 3000, Sampling::random, 9);
   for (std::size_t k = 0; k < 3000; k += 7) sample.y[k] = kNaN;
   for (double& x : sample.x[0]) x = std::round(20 * x);  // ties
@@ -164,7 +164,7 @@ TEST(Sensitivity, DoesNotDependOnScaleOrOrigin) {
   EXPECT_EQ(a.rank_correlation, b.rank_correlation);
 }
 
-// Shares of groups of a function that is a sum over them are known: here 1/2, 1/3 and 1/6 by their variances.
+// A sum over groups has known shares: here 1/2, 1/3 and 1/6 by the variances.
 TEST(GroupSensitivity, OfSumsAndProducts) {
   for (const Sampling sampling : {Sampling::random, Sampling::sobol}) {
     const Function f = [](const std::vector<double>& u) {
@@ -237,7 +237,7 @@ TEST(RankCorrelation, KnowsTiesGapsAndConstants) {
   EXPECT_TRUE(std::isnan(of({1, 2, 3, 4}, {5, 5, 5, 5})));
 }
 
-// Of two normal numbers with correlation r: Spearman's is 6/pi asin(r/2) (Pearson 1907).
+// For normal variables with correlation r, Spearman's coefficient is 6/pi asin(r/2) (Pearson 1907).
 TEST(RankCorrelation, FollowsTheNormalDistribution) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal;

@@ -62,7 +62,7 @@ TEST(Wilson, HoldsAtTheEnds) {
   EXPECT_NEAR(1 - all.lower, 3.84e-6, 1e-8);
 }
 
-// Exact coverage from the binomial distribution, over the true probability: known to swing about the nominal one.
+// Exact coverage from the binomial distribution; it oscillates about the nominal value over the true probability.
 TEST(Wilson, CoversWithItsConfidence) {
   constexpr int kTrials = 50;
   double mean = 0, least = 1;
@@ -112,7 +112,7 @@ TEST(Numbers, MayBeFewOrTheSame) {
   EXPECT_EQ(same.standard_deviation, 0);
 }
 
-TEST(Numbers, KeepTheirDigits) {
+TEST(Numbers, RetainTheirDigits) {
   // Nearly equal large numbers: naive sums of squares lose all digits here.
   const Description d = describe_numbers(std::vector<double>{1e9 + 4, 1e9 + 7, 1e9 + 13, 1e9 + 16}, {});
   EXPECT_EQ(d.mean, 1e9 + 10);
@@ -191,7 +191,7 @@ TEST(Histogram, CountsEveryNumber) {
   EXPECT_EQ(std::accumulate(h.counts.begin(), h.counts.end(), std::uint64_t{0}), numbers.size());
   EXPECT_GE(h.counts.size(), 10u);
   EXPECT_LE(h.counts.size(), 60u);
-  // The shape: as many as the normal distribution has in each bin, within five standard deviations.
+  // Each bin count agrees with the normal distribution within five standard deviations.
   const double width = (h.end - h.begin) / static_cast<double>(h.counts.size());
   for (std::size_t i = 0; i < h.counts.size(); ++i) {
     const double from = h.begin + static_cast<double>(i) * width;
@@ -229,7 +229,7 @@ TEST(Histogram, HandlesConstantsWholeNumbersAndNoNumbers) {
   const Histogram range = histogram_of_sorted(std::vector<double>{-1.7e308, 0.5, 1.7e308});
   EXPECT_EQ(std::accumulate(range.counts.begin(), range.counts.end(), std::uint64_t{0}) + range.below + range.above,
             3u);
-  // Many of one value and few others: the quartiles coincide.
+  // Most numbers are equal, so the quartiles coincide.
   std::vector<double> mostly(1000, 0.5);
   mostly.push_back(0.75);
   const Histogram most = histogram_of_sorted(mostly);
@@ -251,7 +251,7 @@ TEST(Ranking, SharesRanksAmongEqualNumbers) {
   EXPECT_EQ(ranks[4], 2);
 }
 
-// Numbers of both signs and all sizes, both zeros, infinities and many that are equal, against a sort by comparison.
+// Numbers of both signs and all magnitudes, both zeros, infinities and ties, against a comparison sort.
 TEST(Ranking, OrdersAllFiniteNumbers) {
   const double large = std::numeric_limits<double>::max(), small = std::numeric_limits<double>::denorm_min();
   std::vector<double> numbers{0.0,

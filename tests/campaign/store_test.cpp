@@ -35,7 +35,7 @@ StoreOptions options(const std::string& writer = "", std::uint64_t extend = 0) {
 
 void fill(ShardStore& store) { run_campaign(test::fake_work(), store, {}); }
 
-TEST(Shard, KeepsRowsBitForBit) {
+TEST(Shard, StoresRowsBitForBit) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
@@ -150,13 +150,13 @@ TEST(Manifest, OfAnotherArithmeticIsAnother) {
   StoreOptions options;
   options.version = "1";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
-  options.arithmetic = "abacus";  // as merge continues with the arithmetic of its folders
+  options.arithmetic = "abacus";  // merge uses the arithmetic of its folders
   { EXPECT_EQ(ShardStore(folder.path(), campaign, options).arithmetic(), "abacus"); }
   options.arithmetic = "fingers";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
 }
 
-// Today's label must not cover rows that were made elsewhere, whatever became of the manifest.
+// Without a manifest, rows of another arithmetic must not receive the local label.
 TEST(Store, RowsOfAnotherArithmeticAreAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
@@ -194,7 +194,7 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     return std::string();
   };
   EXPECT_THAT(fault(text.substr(0, text.size() / 2)), HasSubstr("manifest.json: not JSON"));
-  // Every number and word is sealed: an edited total would silently add a case.
+  // The checksum covers every number and word: an edited total would silently add a case.
   for (const auto& [from, to] : {std::pair{"\"total\": 10", "\"total\": 11"},
                                  {"\"seed\": 7", "\"seed\": 8"},
                                  {"\"total\"", "\"sum\""},
@@ -287,7 +287,7 @@ TEST(Store, RemovesOnlyLeftoversOfKilledWriters) {
   for (const char* name : {".table.h5.tmp-12-0", "shards/.000003.h5.tmp-99-4", "notes.txt", "lock.rank-3"})
     write_bytes(folder.path() / name, "half");
   { const ShardStore store(folder.path(), campaign, options("a")); }
-  EXPECT_TRUE(fs::exists(folder.path() / "shards/.000003.h5.tmp-99-4"));  // might be another's
+  EXPECT_TRUE(fs::exists(folder.path() / "shards/.000003.h5.tmp-99-4"));  // may belong to another writer
   { const ShardStore store(folder.path(), campaign, options()); }
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder.path())) names.push_back(entry.path().filename().string());
@@ -307,7 +307,7 @@ TEST(Store, RefusesAFolderOfAnotherCampaign) {
     EXPECT_THAT(error.what(), HasSubstr("holds another campaign:\n  its seed is 7, not 8\n"));
     EXPECT_THAT(error.what(), HasSubstr("--extend"));
   }
-  const ShardStore again(folder.path(), fake_campaign(kCases), options());  // the refused one left no lock
+  const ShardStore again(folder.path(), fake_campaign(kCases), options());  // the rejected store left no lock
 }
 
 TEST(Store, AnExtensionAddsCasesOnceUntilTheyAreThere) {

@@ -63,7 +63,7 @@ TEST(SuccessMap, CountsEveryPoint) {
   }
 }
 
-TEST(SuccessMap, KeepsPointsWithoutRows) {
+TEST(SuccessMap, RetainsPointsWithoutRows) {
   const std::vector<SuccessMapPoint> points = success_map_of(design(), {}, {}, {});
   ASSERT_EQ(points.size(), 6u);
   EXPECT_TRUE(std::isnan(points[3].success.estimate));
@@ -112,7 +112,7 @@ TEST(SuccessMap, IsInTheReport) {
   EXPECT_NE(campaign_summary(campaign, report).find("probability of success"), std::string::npos);
 }
 
-// What the map is coloured by is what the headline counts: the lower end of the interval.
+// The map colour and the headline count use the lower bound of the confidence interval.
 TEST(SuccessMap, ReportsDecisiveCriteriaAndSafePoints) {
   Campaign campaign = test::fake_campaign(100);
   campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}}};
@@ -125,7 +125,7 @@ TEST(SuccessMap, ReportsDecisiveCriteriaAndSafePoints) {
       row.index = k;
       const std::uint64_t point = k / 100, i = k % 100;
       row.status = point == 2 && i < 60 ? CaseStatus::failed : CaseStatus::ok;
-      // If "soft" fails, "slow" cannot be checked, as impulses without a capture: it does not fail.
+      // If "soft" fails, "slow" is not checked (like impulses without a capture) and does not fail.
       row.values = {point != 1 || i >= 30 ? 0.0 : i < 10 ? 1.0 : NAN, point == 1 && i < 30 ? 1.0 : 0.0, 0};
       row.success = row.status == CaseStatus::ok && row.values[0] < 0.5 && row.values[1] < 0.5;
       take(row);

@@ -12,7 +12,7 @@
 namespace grapnel {
 namespace table_memory_test {
 
-// Of this process so far [bytes].
+// Maximum memory of this process so far [bytes].
 double largest_memory() {
   std::ifstream file("/proc/self/status");
   for (std::string line; std::getline(file, line);)

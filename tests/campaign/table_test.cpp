@@ -40,7 +40,7 @@ std::string message_of(const std::function<void()>& action) {
   return "no fault";
 }
 
-TEST(CampaignTable, GivesBackEveryRow) {
+TEST(CampaignTable, ReturnsEveryRow) {
   const TemporaryFolder folder;
   constexpr std::uint64_t kRows = 20001;  // three chunks, the last one short
   const Campaign campaign = fake_campaign(kRows);
@@ -85,7 +85,7 @@ TEST(CampaignTable, HasTheSameBytesForTheSameRows) {
   write_campaign_tables(b.path(), campaign, "1", true, fake_rows(9000));
   EXPECT_EQ(bytes_of(a.path() / "table.h5"), bytes_of(b.path() / "table.h5"));
   EXPECT_EQ(bytes_of(a.path() / "table.csv"), bytes_of(b.path() / "table.csv"));
-  write_campaign_tables(a.path(), campaign, "1", true, fake_rows(9000));  // over the old ones
+  write_campaign_tables(a.path(), campaign, "1", true, fake_rows(9000));  // replaces the earlier tables
   EXPECT_EQ(bytes_of(a.path() / "table.h5"), bytes_of(b.path() / "table.h5"));
 }
 
@@ -106,7 +106,7 @@ TEST(CampaignTable, IsMadeFromAllShards) {
   std::vector<std::uint64_t> expected(kAll);
   std::iota(expected.begin(), expected.end(), 0);
   EXPECT_EQ(CampaignTable(folder.path() / "table.h5").indices(), expected);
-  // A shard that has become unreadable since is no reason for fewer rows: the table that was there stays.
+  // If a shard becomes unreadable later, the existing table remains unchanged.
   fs::remove(shard_path(folder.path(), 1));
   const std::string table = bytes_of(folder.path() / "table.h5"), csv = bytes_of(folder.path() / "table.csv");
   const std::string all = "of " + std::to_string(kAll) + " cases can be read";
@@ -209,7 +209,7 @@ TEST(CampaignTable, AChangedByteIsFound) {
   const fs::path path = folder.path() / "table.h5";
   write_campaign_tables(folder.path(), fake_campaign(500), "1", false, fake_rows(500));
   const std::string bytes = bytes_of(path);
-  // From behind the mark by which HDF5 files are known.
+  // Starts after the HDF5 signature.
   for (std::size_t at = 8; at < bytes.size() - 16; at += bytes.size() / 50) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ 16);

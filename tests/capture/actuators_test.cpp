@@ -12,8 +12,8 @@
 namespace grapnel::testing {
 namespace actuators_test {
 
-// Wheels about slanted axes turn a hundred times in a step, some of them held at their largest rates, while pulses are
-// fired against them. What rounding leaves of their inertia beside the axis must not look like a torque.
+// Wheels about inclined axes turn a hundred times per step, some at their rate limits, while thrusters fire pulses
+// against them. Rounding errors in their transverse inertia must not act as a torque.
 TEST(Actuators, FastWheelsConserveMomentum) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("detumble-envisat.yaml");
@@ -28,8 +28,8 @@ TEST(Actuators, FastWheelsConserveMomentum) {
   EXPECT_LT(row(r, "linear_momentum_drift").value, 2e-12);
 }
 
-// A law ends where a joint comes to the end of its range: the phase that follows begins with the stop's impact, whose
-// energy counts in its balance.
+// A control law ends when a joint reaches its range limit. The next phase begins with the stop's impact, and its energy
+// balance includes that impact.
 TEST(Actuators, StopAtPhaseStartIsInBalance) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
@@ -46,7 +46,7 @@ TEST(Actuators, StopAtPhaseStartIsInBalance) {
   EXPECT_LT(row(r, "work_energy_residual").value, 1e-10);  // measured 4e-12
 }
 
-// The spins of rotors are part of the momentum by which a target is identified.
+// The momentum used for target identification includes the rotors' spin.
 TEST(Actuators, IdentificationIncludesRotorSpin) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
@@ -69,8 +69,8 @@ TEST(Actuators, IdentificationIncludesRotorSpin) {
   }
 }
 
-// Friction has brought everything to rest before the satellite is let go: what the servicer has left of energy is
-// rounding, and is judged by what its bodies had before.
+// Friction stops all motion before the satellite is released. The servicer's remaining energy is rounding error, scaled
+// by the earlier energy of its bodies.
 TEST(Actuators, ServicerAtRestScaledByEarlierEnergy) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;

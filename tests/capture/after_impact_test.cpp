@@ -1,4 +1,4 @@
-/// The motion afterwards: joints free, held by PD, braked; bases held before and fixed.
+/// Motion after the impact: joints free, PD-controlled or braked; bases held before the impact or fixed.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace after_impact_test {
 CaptureProblem with_motion(PostImpactSetup::Joints joints, double duration) {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = 10;
-  p.targets[0].V_WT = {{0.1, -0.05, 0.2}, {0.01, 0, 0.02}};  // out of the plane, too
+  p.targets[0].V_WT = {{0.1, -0.05, 0.2}, {0.01, 0, 0.02}};  // also out of the plane
   p.targets[1].V_WT.angular = {0.02, 0.1, -0.2};
   p.momentum = Momentumd{{1, 2, 3}, {3, -2, 1}};
   p.post_impact.emplace();
@@ -24,7 +24,7 @@ CaptureProblem with_motion(PostImpactSetup::Joints joints, double duration) {
   return p;
 }
 
-TEST(FreeJoints, KeepEnergyAndMomentum) {
+TEST(FreeJoints, ConserveEnergyAndMomentum) {
   const CaptureResult r = simulate_capture(with_motion(PostImpactSetup::Joints::free, 30));
   expect_passes(r);
   const std::size_t s = first_sample(r, "post_impact"), end = r.series.time.size() - 1;
@@ -52,7 +52,7 @@ TEST(PdJoints, ComeToRestAtInitialAnglesAndLedgerPasses) {
     EXPECT_NEAR(value_at(r, "joints/position", end, j), value_at(r, "joints/position", s, j), 0.1);
   }
   EXPECT_LT(value_at(r, "system/motor_work", end),
-            value_at(r, "system/motor_work", s));  // the joints' motion is taken out
+            value_at(r, "system/motor_work", s));  // the motors dissipate the joints' motion
 }
 
 TEST(BrakedJoints, FormRigidBody) {
@@ -65,7 +65,7 @@ TEST(BrakedJoints, FormRigidBody) {
   EXPECT_TRUE(row(r, "brake_energy_identity_residual").applies);
   EXPECT_LT(brake.kinetic_energy_after, brake.kinetic_energy_before);
   EXPECT_NEAR(brake.kinetic_energy_before, r.impact->kinetic_energy_after, 1e-12 * r.ledger.scale.energy);
-  // Locking impulses work on the mean of the rates before and zero; by hand from the report.
+  // Work of the locking impulses, from the report: impulse times the mean of the rates before and after (zero).
   double work = 0;
   const std::size_t contact = first_sample(r, "contact");
   for (int j = 0; j < 6; ++j) {
@@ -91,7 +91,7 @@ TEST(BrakedJoints, FormRigidBody) {
     EXPECT_LT(norm(now.p - found.p) + rotation_angle(transpose(found.R) * now.R), 1e-12);  // one body
   }
   const Vector3d w0 = vector_at(r, "base/angular_velocity", s), w1 = vector_at(r, "base/angular_velocity", end);
-  EXPECT_GT(norm(w1 - w0), 3e-4);  // that tumbles; measured 6.8e-4
+  EXPECT_GT(norm(w1 - w0), 3e-4);  // the body tumbles; measured 6.8e-4
 }
 
 TEST(HeldBase, HeldUntilImpactThenFree) {
@@ -108,7 +108,7 @@ TEST(HeldBase, HeldUntilImpactThenFree) {
     EXPECT_LT(norm(X.p - p.X_WB.p) + rotation_angle(transpose(p.X_WB.R) * X.R), 1e-14);
     if (norm(vector_at(r, "robot/linear_momentum", i)) > norm(most)) most = vector_at(r, "robot/linear_momentum", i);
   }
-  EXPECT_GT(norm(most), 0.5);  // the wrench that holds it put momentum in, and the ledger knows
+  EXPECT_GT(norm(most), 0.5);  // momentum from the holding wrench, included in the ledger
   EXPECT_GT(norm(r.impact->base_velocity_change), 1e-4);
   EXPECT_GT(norm(r.post_impact_end->base.position - p.X_WB.p), 1e-3);
 }
@@ -128,13 +128,13 @@ TEST(FixedBase, LedgerPassesUnderGravity) {
     for (std::size_t i = 0; i < r.series.time.size(); ++i) {
       EXPECT_LT(norm(vector_at(r, "base/position", i) - p.X_WB.p), 1e-15);
     }
-    // Targets fell to where they were to be at the capture.
+    // The targets fall to their given positions at capture.
     EXPECT_LT(norm(r.approach_end->targets[0].position - p.targets[0].X_WT.p), 1e-11);
     EXPECT_GT(norm(r.approach_start->targets[0].position - p.targets[0].X_WT.p), 1);
     EXPECT_GT(norm(r.impact->base_impulse), 0.1);
     EXPECT_EQ(norm(r.impact->base_velocity_change), 0);
     EXPECT_EQ(r.impact->as_published_absent, "the base is fixed");
-    // The ground had to give impulse at the contact: momentum does jump there.
+    // The ground applies an impulse at the contact: the momentum changes.
     const std::size_t s = first_sample(r, "contact");
     EXPECT_GT(norm(vector_at(r, "system/linear_momentum", s + 1) - vector_at(r, "system/linear_momentum", s)), 0.1);
   }
@@ -148,7 +148,7 @@ TEST(FreeBase, UnderGravityFallsAndBalances) {
   expect_passes(r);
   const std::size_t end = r.series.time.size() - 1;
   const Vector3d gained = vector_at(r, "system/linear_momentum", end) - vector_at(r, "system/linear_momentum", 0);
-  EXPECT_LT(norm(gained - (580.0 * 7.0) * p.gravity), 1e-8);  // 560 kg of robot and 20 of targets for 7 s
+  EXPECT_LT(norm(gained - (580.0 * 7.0) * p.gravity), 1e-8);  // 560 kg robot and 20 kg targets for 7 s
 }
 
 TEST(Reactions, MatchBaseMomentumChange) {
@@ -161,13 +161,13 @@ TEST(Reactions, MatchBaseMomentumChange) {
   ASSERT_GT(norm(impact.base_impulse), 0.01);
   ASSERT_EQ(impact.joints.size(), 6u);
   for (const JointImpulse& j : impact.joints) {
-    EXPECT_LT(std::abs(j.along_axis), 1e-13);  // free joints pass nothing along their axes
+    EXPECT_LT(std::abs(j.along_axis), 1e-13);  // free joints transmit nothing along their axes
     EXPECT_GT(norm(j.impulse), 1e-3);
   }
 }
 
-// What the target takes up between the two samples of contact has come through its grasp: at the impact and by the
-// brake.
+// The target's momentum change between the two contact samples equals the impulses through its grasp: at the impact and
+// from the brake.
 TEST(Braked, GraspLoadsMatchTargetMotion) {
   CaptureProblem p = thesis_case();
   p.contact.gap = ContactSetup::Gap::weld_as_found;
@@ -184,7 +184,7 @@ TEST(Braked, GraspLoadsMatchTargetMotion) {
     const Vector3d gained = vector_at(r, path, s + 1) - vector_at(r, path, s);
     const Vector3d passed = r.impact->grasps[i].impulse + r.impact->brake->grasps[i].impulse;
     EXPECT_GT(norm(r.impact->brake->grasps[i].impulse), 1e-2);
-    EXPECT_LT(norm(gained + passed), 1e-12);  // on the robot, so opposite; measured 1e-15
+    EXPECT_LT(norm(gained + passed), 1e-12);  // the impulses act on the robot, hence the sign; measured 1e-15
   }
   const Vector3d change = vector_at(r, "base/angular_velocity", s + 1) - vector_at(r, "base/angular_velocity", s);
   EXPECT_LT(norm(change - r.impact->base_angular_velocity_change - r.impact->brake->base_angular_velocity_change),

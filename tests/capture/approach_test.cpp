@@ -1,4 +1,5 @@
-/// Planning and flying the approach: rates that match, momentum of any size, targets known at the start or at the end.
+/// Planning and simulation of the approach: matched rates, any momentum, target states given at the start or at
+/// capture.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ void expect_matched(const CaptureResult& r, bool spin_too) {
     if (spin_too) {
       EXPECT_LT(norm(e.relative_angular_velocity), 1e-11);
     }
-    EXPECT_GT(norm(e.velocity), 0.05);  // it does move
+    EXPECT_GT(norm(e.velocity), 0.05);  // the end-effector moves
   }
 }
 
@@ -55,7 +56,7 @@ TEST(Matching, MinimumNormRatesMatch) {
     return sum;
   };
   EXPECT_LT(size(least.plan->final_rates), 0.9 * size(both.plan->final_rates));
-  EXPECT_GT(norm(least.approach_end->end_effectors[0].angular_velocity), 1e-3);  // free to turn
+  EXPECT_GT(norm(least.approach_end->end_effectors[0].angular_velocity), 1e-3);  // the rotation is unconstrained
 }
 
 TEST(Matching, HeldAndFixedBases) {
@@ -80,7 +81,7 @@ TEST(Matching, ReportsInfeasibleRates) {
   EXPECT_NE(r.warnings[0].find("0.03"), std::string::npos) << r.warnings[0];
 }
 
-// A slow final spin on a long segment makes joints swing by many turns: a strange motion, but one that there is.
+// A slow final spin on a long segment makes joints swing through many turns: valid but unusual motion with a warning.
 TEST(Planning, LongSegmentsArriveAndWarnOfSwingingJoints) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
@@ -123,7 +124,7 @@ TEST(InitialMotion, BaseTwistAsGiven) {
   EXPECT_LT(norm(r.approach_start->base.position - p.X_WB.p), 1e-15);
 }
 
-// Targets known at the start or at the instant of capture: the same capture.
+// Target states given at the start or at the instant of capture result in the same capture.
 TEST(TargetInstant, StartAndCaptureAreTheSameCapture) {
   Worst worst("impulses, targets given at the start against at capture");
   for (int i : {1, 2, 4, 8}) {
@@ -143,7 +144,7 @@ TEST(TargetInstant, StartAndCaptureAreTheSameCapture) {
     expect_passes(a);
     expect_passes(b);
     for (std::size_t t = 0; t < p.targets.size(); ++t) {
-      // Given at capture, that is where it is then.
+      // The target reaches the state given at capture.
       EXPECT_LT(norm(a.approach_end->targets[t].position - p.targets[t].X_WT.p), 1e-10);
       EXPECT_LT(norm(a.approach_end->targets[t].angular_velocity - p.targets[t].V_WT.angular), 1e-10);
       EXPECT_LT(norm(b.approach_end->targets[t].position - p.targets[t].X_WT.p), 1e-10);
@@ -155,7 +156,7 @@ TEST(TargetInstant, StartAndCaptureAreTheSameCapture) {
   }
 }
 
-TEST(TargetInstant, TorqueFreeTargetKeepsItsAngularMomentum) {
+TEST(TargetInstant, TorqueFreeTargetConservesAngularMomentum) {
   Random random(3);
   TargetSetup t;
   t.name = "t";

@@ -1,4 +1,4 @@
-/// Grasps that ask for a relative motion on arrival: planned, and with given final angles.
+/// Grasps with a relative motion on arrival: planned, and with given final angles.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ void expect_arrival(const CaptureProblem& p, bool angular, Worst& worst, int whe
     if (!angular) continue;
     EXPECT_LT(worst.note(norm(e.relative_angular_velocity - p.grasps[i].relative_angular_velocity), where), 1e-9);
   }
-  const Meeting m = meeting(p, r, 0, last_sample(r, "approach"));
+  const GraspError m = grasp_error(p, r, 0, last_sample(r, "approach"));
   EXPECT_LT(norm(m.relative_velocity() - p.grasps[0].relative_velocity), 1e-9);
 }
 
@@ -43,7 +43,7 @@ TEST(RelativeVelocity, AtArrival) {
       const bool twist = match == RateMatch::twist;
       if (twist) p.grasps[0].relative_angular_velocity = {0, 0, 0.04};
       if (plan == 0) {
-        // Given angles miss the grasp points by a little; what is matched is the motion there.
+        // The given angles miss the grasp points slightly; the rates match the motion at the actual positions.
         const CaptureResult r = simulate_capture(p);
         ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
         expect_passes(r);
@@ -78,7 +78,7 @@ TEST(RelativeVelocity, InThreeDimensions) {
   }
 }
 
-// The faster the arrival, the larger the impulse: nothing of u- but this speed.
+// The impulse is proportional to the arrival speed.
 TEST(RelativeVelocity, DeterminesImpulse) {
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();

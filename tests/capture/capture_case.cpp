@@ -31,7 +31,7 @@ CaptureProblem thesis_case() {
   p.approach->duration = 20;
   p.approach->final_position = {-0.524, -1.393, -0.035, 2.618, -1.393, -0.035};
   p.approach->match = RateMatch::velocity;
-  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // whatever a test makes of it
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // tests choose the gaps
   p.impact.emplace();
   p.output_interval = 1;
   return p;
@@ -111,8 +111,8 @@ void settings(CaptureProblem& p, int index, Random& random) {
 CaptureProblem random_capture(int index) {
   Random random(index);
   RobotOptions options;
-  options.least_bodies = 6;
-  options.most_bodies = 12;
+  options.min_bodies = 6;
+  options.max_bodies = 12;
   const Model model = random_model(options, random);
   CaptureProblem p;
   p.name = "random " + std::to_string(index);
@@ -128,7 +128,7 @@ CaptureProblem random_capture(int index) {
   const GraspModel models[] = {GraspModel::rigid, GraspModel::hinge, GraspModel::point};
   for (int i = 0; i < 2; ++i) {
     const std::string n = std::to_string(i);
-    // Two different links, the last ones of the list more often than not.
+    // Two different links: the last of the list and a random other one.
     const int link =
         i == 0 ? static_cast<int>(links.size()) - 1 : random.integer(0, static_cast<int>(links.size()) - 2);
     p.robot.end_effectors.push_back({{"hand" + n, links[link], {random.rotation(), random.vector(0.4)}}});
@@ -178,7 +178,7 @@ void expect_passes(const CaptureResult& result) {
   std::string nearest;
   double share = 0;
   for (const LedgerEntry& e : result.ledger.entries) {
-    if (e.kind == LedgerEntry::Kind::feasibility) continue;  // what the robot could do is another question
+    if (e.kind == LedgerEntry::Kind::feasibility) continue;  // feasibility is checked separately
     EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
     if (e.applies && !(e.value / e.bound <= share)) share = e.value / e.bound, nearest = e.name;
   }

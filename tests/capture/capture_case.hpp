@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Capture problems to start from, and functions that read results.
+/// Base capture problems, and functions that read results.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 namespace grapnel::testing {
 
-/// Thesis section 4.1, case 1, written down here: final angles of Table 4.3, `match: velocity`, ideal tracking, 20 s,
+/// Thesis section 4.1, case 1, defined in code: final angles of Table 4.3, `match: velocity`, ideal tracking, 20 s,
 /// weld_as_found, no motion afterwards.
 CaptureProblem thesis_case();
 /// The same with PD 49/14.
@@ -20,9 +20,9 @@ void watch_closely(CaptureProblem& problem);
 /// Sets PD gains on all joints of the approach.
 void use_pd(CaptureProblem& problem, double kp, double kd);
 
-/// A random branched robot with two targets that tumble about any axis, triaxial, centres of mass off their frames;
-/// a moving base; 3 s of approach and 4 s afterwards. Options vary with `index`: tracking, what is known of targets,
-/// the motion given to the base, grasps, gap rule, joints afterwards.
+/// A random branched robot with two targets that tumble about any axis, triaxial, centres of mass off their frames; a
+/// moving base; 3 s of approach and 4 s afterwards. Options vary with `index`: tracking, instants of the target states,
+/// initial motion of the base, grasps, gap rule, joints afterwards.
 CaptureProblem random_capture(int index);
 
 const Series& series(const CaptureResult& result, const std::string& path);
@@ -34,7 +34,8 @@ Posed pose_at(const CaptureResult& result, const std::string& group, std::size_t
 std::size_t first_sample(const CaptureResult& result, const std::string& phase);
 
 const LedgerEntry& row(const CaptureResult& result, const std::string& name);
-/// Completed, every row within its bound; names what is not. Prints the ledger's largest share of a bound.
+/// Expects a completed run with every ledger row within its bound, and names the others. Prints the largest ratio of
+/// value to bound.
 void expect_passes(const CaptureResult& result);
 
 }  // namespace grapnel::testing

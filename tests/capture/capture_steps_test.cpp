@@ -1,4 +1,4 @@
-/// A capture whose motion is integrated outside.
+/// A capture with external integration of its motion.
 
 #include <gtest/gtest.h>
 
@@ -11,27 +11,27 @@
 namespace grapnel::testing {
 namespace capture_steps_test {
 
-// Integrates like an external caller, with its own sums.
+// Integrates a segment as an external caller does and accumulates the measures separately.
 struct Elsewhere {
   PhaseOutcome outcome;
   PhaseMeasures measures;
 };
-// `share`: how much of the piece, from its beginning on.
+// `share`: the fraction of the segment to integrate, from its beginning.
 Elsewhere integrate(const MotionTask& task, double share = 1) {
   Elsewhere e;
   PhaseDynamics dynamics(*task.model, *task.setup);
   Kinematics k(*task.model);
   bool first = true;
   StepWatch watch;
-  watch.looks = 1'000'000;  // after every step
-  watch.look = [&](double, const State& state, const PhaseIntegrals& integrals) {
+  watch.checks = 1'000'000;  // after every step
+  watch.check = [&](double, const State& state, const PhaseIntegrals& integrals) {
     forward_kinematics(*task.model, state, k);
-    const ConservedQuantities books = conserved_quantities(*task.model, k, state);
+    const ConservedQuantities quantities = conserved_quantities(*task.model, k, state);
     PhaseMeasures& m = e.measures;
-    if (first) m.trees.resize(books.trees.size());
-    for (std::size_t i = 0; i < books.trees.size(); ++i) {
+    if (first) m.trees.resize(quantities.trees.size());
+    for (std::size_t i = 0; i < quantities.trees.size(); ++i) {
       TreeMeasures& tree = m.trees[i];
-      const GroupQuantities& now = books.trees[i];
+      const GroupQuantities& now = quantities.trees[i];
       if (first) tree.start = now;
       const Momentumd deviation = now.h - tree.start.h;
       tree.linear_deviation = std::max(tree.linear_deviation, norm(deviation.linear));
@@ -46,9 +46,9 @@ Elsewhere integrate(const MotionTask& task, double share = 1) {
       tree.scale.energy = std::max(tree.scale.energy, scale.energy);
     }
     first = false;
-    m.scale.linear_momentum = std::max(m.scale.linear_momentum, books.linear_scale);
-    m.scale.angular_momentum = std::max(m.scale.angular_momentum, books.angular_scale);
-    m.scale.energy = std::max(m.scale.energy, books.kinetic_energy);
+    m.scale.linear_momentum = std::max(m.scale.linear_momentum, quantities.linear_scale);
+    m.scale.angular_momentum = std::max(m.scale.angular_momentum, quantities.angular_scale);
+    m.scale.energy = std::max(m.scale.energy, quantities.kinetic_energy);
   };
   const double end = share < 1 ? task.begin + share * (task.end - task.begin) : task.end;
   e.outcome = simulate_phase(dynamics, task.start, task.begin, end, task.integration, watch);
@@ -176,7 +176,7 @@ TEST(CaptureSteps, RecordedMotionIsIntegratedInternally) {
 }
 
 // Passes a motion segment to its observers, at the maximum interval.
-void look_at(const MotionTask& task) {
+void observe_task(const MotionTask& task) {
   PhaseDynamics dynamics(*task.model, *task.setup);
   const auto observe = [&](const PhaseSample& s) { task.watch(s.time, s.state, s.motor); };
   simulate_phase(dynamics, task.start, task.begin, task.end, task.longest_look, task.integration, observe);
@@ -191,8 +191,8 @@ TEST(CaptureSteps, ExternalIntegrationWithChecks) {
     ASSERT_EQ(task->only_here, "");
     ASSERT_TRUE(task->watch);
     EXPECT_NEAR(task->longest_look, (task->end - task->begin) / 64, 1e-12);
-    look_at(*task);
-    // The first piece is integrated by next() after all: what has been seen counts once.
+    observe_task(*task);
+    // next() integrates the first segment itself: the observed samples count once.
     if (std::exchange(first, false)) continue;
     const Elsewhere e = integrate(*task);
     steps.integrated(e.outcome, e.measures);
@@ -213,19 +213,19 @@ TEST(CaptureSteps, ExternalIntegrationWithChecks) {
 TEST(CaptureSteps, ImpactOnlyNeedsApproachOnly) {
   const CaptureProblem p = problem();
   CaptureSteps steps(p, CaptureDetail::columns, {}, CaptureSteps::Part::impact_only);
-  int pieces = 0;
+  int segments = 0;
   while (const MotionTask* task = steps.next()) {
-    ++pieces;
+    ++segments;
     steps.integrated(integrate(*task).outcome, {});
   }
-  EXPECT_EQ(pieces, 1);
+  EXPECT_EQ(segments, 1);
   const CaptureResult there = steps.finish(), here = simulate_impact_only(p);
   ASSERT_TRUE(there.impact && here.impact) << there.failure;
   EXPECT_EQ(norm(here.impact->grasps[0].impulse - there.impact->grasps[0].impulse), 0);
   EXPECT_TRUE(there.ledger.pass());
 }
 
-// A free motion's energy keeps its bound, whatever tolerance the driven motion is content with.
+// Free motion meets its energy bound, independent of the tolerance for driven motion.
 TEST(CaptureSteps, LedgerPassesAtCampaignTolerances) {
   CaptureProblem p = problem();
   p.post_impact->duration = 50;

@@ -1,5 +1,5 @@
-/// When to capture: times against closed forms, the early answer where nothing can be reached, and that a run at the
-/// chosen time is the run that states it.
+/// Choice of the capture time: times against closed forms, early errors for unreachable targets, and equality with a
+/// run at the stated time.
 
 #include "grapnel/approach/capture_window.hpp"
 
@@ -24,8 +24,8 @@ using ::testing::HasSubstr;
 
 constexpr double kLink = 1, kLinkMass = 2, kBaseMass = 90;
 
-// A floating base whose arm of three links hangs on its centre of mass: the base may turn as it likes, so that the arm
-// reaches all within the bound, and the bound has a closed form.
+// A floating base with a three-link arm mounted at its centre of mass. The base rotates freely, so the arm reaches
+// every point within the bound, which has a closed form.
 CaptureProblem one_arm() {
   CaptureProblem p = thesis_case();
   p.name = "one arm";
@@ -62,10 +62,10 @@ CaptureProblem one_arm() {
   return p;
 }
 
-// Of the straight arm from the centre of mass of all.
+// Reach of the straight arm from the centre of mass of the servicer.
 double arms_reach() { return 3 * kLink - kLinkMass * (0.5 + 1.5 + 2.5) * kLink / (kBaseMass + 3 * kLinkMass); }
 
-// Where the servicer's centre of mass is at the start.
+// The servicer's centre of mass at the start.
 Vector3d center(const CaptureProblem& p) {
   const CaptureSystem servicer = make_servicer(p);
   const State state = initial_servicer_state(p, servicer);
@@ -73,8 +73,8 @@ Vector3d center(const CaptureProblem& p) {
   return center_of_mass(servicer.model, forward_kinematics(servicer.model, state), root);
 }
 
-// A grasp point that comes round, 4 m from the axis of a target 6 m away: within reach for a while in every turn.
-// Returns when it comes within reach first.
+// A grasp point 4 m from the axis of a rotating target at 6 m: within reach during part of every turn. Returns the
+// first time within reach.
 double set_coming_round(CaptureProblem& p) {
   constexpr double kAway = 6, kArm = 4, kRate = 0.1;
   const double R = arms_reach();
@@ -114,7 +114,7 @@ TEST(CaptureWindow, SoonestTimeMatchesClosedForm) {
   ASSERT_TRUE(chosen.window.not_before);
   EXPECT_LE(*chosen.window.not_before, expected + 1e-9);
   EXPECT_GT(*chosen.window.not_before, expected - 1e-5);
-  // A stretched arm is singular: a little beyond.
+  // A stretched arm is singular: the chosen time is slightly later.
   EXPECT_GT(chosen.window.time, expected);
   EXPECT_LT(chosen.window.time, expected + 3e-3);
   EXPECT_EQ(chosen.problem.approach->duration, chosen.window.time);
@@ -140,10 +140,10 @@ TEST(CaptureWindow, SoonestTimeMatchesClosedForm) {
   }
   const auto first = std::find_if(points.begin(), points.end(), [](const WindowPoint& x) { return x.reachable; });
   EXPECT_EQ(first->time, chosen.window.time);
-  EXPECT_EQ(reached, points.end() - first);  // and from there on all
+  EXPECT_EQ(reached, points.end() - first);  // all later points are reachable
 }
 
-// Where servicer and target drift together nothing changes, at the same place of rounding of another frame.
+// A common drift of servicer and target does not change the capture time, apart from rounding error in the other frame.
 TEST(CaptureWindow, CommonDriftDoesNotChangeTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
@@ -160,7 +160,7 @@ TEST(CaptureWindow, CommonDriftDoesNotChangeTime) {
   EXPECT_NEAR(chosen.window.points.front().speed, 0.4, 1e-12);
 }
 
-// A target that is given at the capture is the same whenever that is: only the servicer's way to it changes.
+// A target state given at capture is the same for every capture time: only the servicer's motion changes.
 TEST(CaptureWindow, TargetGivenAtCapture) {
   CaptureProblem p = one_arm();
   const Vector3d drift{0.2, 0, 0};
@@ -177,8 +177,8 @@ TEST(CaptureWindow, TargetGivenAtCapture) {
   EXPECT_LT(chosen.window.time, expected + 6e-3);
 }
 
-// The target drifts with -v along y and turns with w: its grasp point at r from the axis is slowest where it moves
-// against the drift, which is when it lies along x.
+// The target drifts with -v along y and rotates with w. Its grasp point at r from the axis is slowest when it lies
+// along x and moves against the drift.
 TEST(CaptureWindow, SlowestTimeMatchesClosedForm) {
   CaptureProblem p = one_arm();
   constexpr double kRate = 0.15, kArm = 0.5, kDrift = 0.02, kSlowest = 10.3;
@@ -195,7 +195,7 @@ TEST(CaptureWindow, SlowestTimeMatchesClosedForm) {
   EXPECT_FALSE(chosen.window.not_before);  // distances allow it from the beginning
 }
 
-// The best objective: better than at every time looked at, and than close by.
+// The chosen time has the minimum objective, compared with all sampled times and with nearby times.
 TEST(CaptureWindow, ObjectiveIsMinimalAtChosenTime) {
   CaptureProblem p = one_arm();
   p.targets[0].X_WT = {rotation_by({0, 0, 1}), center(p) + Vector3d{2.2, 0.3, 0}};
@@ -224,7 +224,7 @@ TEST(CaptureWindow, ObjectiveIsMinimalAtChosenTime) {
 TEST(CaptureWindow, RunEqualsRunAtChosenTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
-  p.X_WB.p = {31.7, -22.3, 0.4};  // planned in another frame than W
+  p.X_WB.p = {31.7, -22.3, 0.4};  // planned in a frame other than W
   set_coming_round(p);
   p.approach->window->choose = Choose::objective;
   p.output_interval = 0.5;
@@ -237,7 +237,7 @@ TEST(CaptureWindow, RunEqualsRunAtChosenTime) {
   EXPECT_EQ(r.series.time.back(), r.plan->window->time);
   for (const WindowPoint& point : r.plan->window->points) {
     if (point.time != r.plan->window->time) continue;
-    EXPECT_EQ(point.objective, r.plan->objective_value);  // to the last bit: planned as the run plans
+    EXPECT_EQ(point.objective, r.plan->objective_value);  // bit for bit equal to the run's plan
   }
 
   CaptureProblem stated = p;
@@ -252,11 +252,11 @@ TEST(CaptureWindow, RunEqualsRunAtChosenTime) {
   EXPECT_EQ(series(s, "joints/position").data, series(r, "joints/position").data);
   EXPECT_EQ(series(s, "base/position").data, series(r, "base/position").data);
   const std::size_t end = last_sample(r, "approach");
-  EXPECT_LT(meeting(stated, r, 0, end).distance(), 1e-9);
+  EXPECT_LT(grasp_error(stated, r, 0, end).distance(), 1e-9);
 }
 
 // Replanning during the approach keeps the time of capture and its report.
-TEST(CaptureWindow, ReplanningKeepsTime) {
+TEST(CaptureWindow, ReplanningPreservesTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
   p.approach->window->choose = Choose::objective;
@@ -268,13 +268,13 @@ TEST(CaptureWindow, ReplanningKeepsTime) {
   EXPECT_GT(r.navigation.size(), 3u);
   ASSERT_TRUE(r.plan->window);
   EXPECT_EQ(r.approach_end->time, r.plan->window->time);
-  // The plan is made for the target where it seems to be.
+  // The plan uses the estimated target position.
   const double t = r.plan->window->points.front().time;
   const Vector3d seems{6 + 4 * std::cos(0.1 * t) + 0.01, 4 * std::sin(0.1 * t) + 0.02, 0};
   EXPECT_NEAR(r.plan->window->points.front().reach_share, norm(seems) / arms_reach(), 1e-12);
 }
 
-// The thesis's robot, and a target that is out of reach at all times: the error comes immediately, with the distance
+// The thesis's robot with a target that is always out of reach: the error is reported immediately, with the distance
 // and the times.
 TEST(CaptureWindow, UnreachableReportedImmediately) {
   CaptureProblem p = thesis_case();
@@ -297,13 +297,13 @@ TEST(CaptureWindow, UnreachableReportedImmediately) {
   ASSERT_TRUE(r.plan && r.plan->window);
   EXPECT_TRUE(std::isnan(r.plan->window->time));
   EXPECT_EQ(r.plan->window->points.size(), 51u);
-  // After the window it can: the time is beyond it.
+  // The target comes within reach after the window: the earliest time lies beyond it.
   ASSERT_TRUE(r.plan->window->not_before);
   EXPECT_GT(*r.plan->window->not_before, 40);
   EXPECT_LT(*r.plan->window->not_before, 400);
 }
 
-// Within reach by distance, but not with these joints: the planner's own reason, in about a second.
+// Within reach by distance but not with these joint limits: the error states the planner's reason, in about one second.
 TEST(CaptureWindow, InfeasiblePlanReportedSoon) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
@@ -315,7 +315,7 @@ TEST(CaptureWindow, InfeasiblePlanReportedSoon) {
     limits.lower = p.joint_position[j] - 0.5, limits.upper = p.joint_position[j] + 0.5;
   }
   p.targets.resize(1), p.grasps.resize(1);
-  p.targets[0].X_WT.p = {-2.2, 0, 0};  // behind it
+  p.targets[0].X_WT.p = {-2.2, 0, 0};  // behind the robot
   p.approach->window = CaptureWindow{10, 30, 0, Choose::objective};
   const auto begin = std::chrono::steady_clock::now();
   const CaptureResult r = simulate_capture(p);
@@ -330,8 +330,8 @@ TEST(CaptureWindow, InfeasiblePlanReportedSoon) {
   for (const WindowPoint& point : r.plan->window->points) EXPECT_LT(point.reach_share, 1);
 }
 
-// A grasp point on a wheel that turns before the arm, its direction inward along the spoke: free while it faces the
-// arm.
+// A grasp point on a wheel that rotates in front of the arm, with its approach direction inward along the spoke:
+// accessible while it faces the arm.
 TEST(CaptureWindow, OppositeDirectionIsNotFree) {
   CaptureProblem p = one_arm();
   p.robot.end_effectors[0].approach_axis = Vector3d{1, 0, 0};
@@ -342,20 +342,20 @@ TEST(CaptureWindow, OppositeDirectionIsNotFree) {
   p.targets[0].grasp_points[0].approach_direction = Vector3d{-1, 0, 0};
   p.grasps[0].orientation = GraspSetup::Orientation::axis;
   p.approach->window = CaptureWindow{5, 20, 1, Choose::soonest};
-  // The spoke at angle a: free where it is perpendicular to the line from the joint, which is at the origin.
+  // Spoke at angle a: accessible from where the spoke is perpendicular to the line from the joint at the origin.
   const double expected = std::acos(-kArm / kAway) / kRate;
   const CaptureTime chosen = choose_capture_time(p);
   ASSERT_EQ(chosen.failure, "");
   std::printf("[ measured ] expected %.5f, soonest %.5f s\n", expected, chosen.window.time);
   for (const WindowPoint& point : chosen.window.points) {
     const double a = kRate * point.time;
-    const Vector3d way{kAway + kArm * std::cos(a), kArm * std::sin(a), 0}, inward{-std::cos(a), -std::sin(a), 0};
-    EXPECT_NEAR(point.direction_angle, std::acos(dot(way, inward) / norm(way)), 1e-9);
+    const Vector3d offset{kAway + kArm * std::cos(a), kArm * std::sin(a), 0}, inward{-std::cos(a), -std::sin(a), 0};
+    EXPECT_NEAR(point.direction_angle, std::acos(dot(offset, inward) / norm(offset)), 1e-9);
     const bool away = point.direction_angle > 0.5 * std::numbers::pi;
     EXPECT_EQ(point.reason.find("approach direction of grasp point") != std::string::npos, away) << point.time;
   }
   EXPECT_GE(chosen.window.time, expected);
-  // Without a required direction it has no effect.
+  // Without a required orientation the direction has no effect.
   p.grasps[0].orientation = GraspSetup::Orientation::free;
   const CaptureTime any = choose_capture_time(p);
   EXPECT_EQ(any.window.time, 5);
@@ -379,9 +379,9 @@ TEST(CaptureWindow, PushedServicerIsNotExcludedByDistance) {
   EXPECT_THAT(chosen.failure, HasSubstr("the closest attempt: planning the approach"));
 }
 
-// No configuration of any robot, and no attitude of its bodies, brings a frame farther than the bound.
+// For any configuration and attitude of a robot, the distance of a frame is within the bound.
 TEST(ReachBound, HoldsForAnyConfiguration) {
-  int looked_at = 0;
+  int checked = 0;
   double largest = 0;
   for (int i = 0; i < 40; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -403,17 +403,17 @@ TEST(ReachBound, HoldsForAnyConfiguration) {
           state.q[body.q] = random.uniform(std::max(limits.lower, -most), std::min(limits.upper, most));
         }
         const Kinematics now = forward_kinematics(model, state);
-        const Vector3d hand = frame_pose(model, now, frame).p;
-        const double away = norm(hand - center_of_mass(model, now, root));
+        const Vector3d end_effector = frame_pose(model, now, frame).p;
+        const double away = norm(end_effector - center_of_mass(model, now, root));
         EXPECT_LE(away, floats.length * (1 + 1e-12));
-        EXPECT_LE(norm(hand - now.X_WB[servicer.base] * still.from), still.length * (1 + 1e-12));
+        EXPECT_LE(norm(end_effector - now.X_WB[servicer.base] * still.from), still.length * (1 + 1e-12));
         largest = std::max(largest, away / floats.length);
-        ++looked_at;
+        ++checked;
       }
     }
   }
-  std::printf("[ measured ] %d configurations, largest share %.3f\n", looked_at, largest);
-  EXPECT_GT(looked_at, 500);
+  std::printf("[ measured ] %d configurations, largest share %.3f\n", checked, largest);
+  EXPECT_GT(checked, 500);
   EXPECT_GT(largest, 0.8);
 }
 
@@ -425,7 +425,7 @@ TEST(ReachBound, StraightArmIsItsLength) {
   EXPECT_NEAR(reach_bound(servicer.model, servicer.base, frame, false).length, 3 * kLink, 1e-14);
 }
 
-// Problems that a program makes, which no reader has looked at.
+// Problems built by a program, without the checks of the scenario reader.
 TEST(CaptureWindow, RejectsContradictions) {
   double expected = 0;
   const CaptureProblem good = coming_round(expected);

@@ -1,5 +1,5 @@
-/// Several arms on one target, grasped at one instant: the thesis's closed loop with the reference numbers of its
-/// consistent version, the loop that the published angles leave open, and random captures in space.
+/// Several arms on one target, grasped simultaneously: the thesis's closed loop with the reference values of its
+/// consistent version, the open loop of the published angles, and random captures in space.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace grapnel::testing {
 namespace closed_capture_test {
 
-// --- The thesis's closed loop, grasped where it closes
+// --- The thesis's closed loop with consistent angles
 
 const CaptureResult& reference() {
   static const CaptureResult result = simulate_capture(scenario("thesis/closed-loop.yaml"));
@@ -46,7 +46,7 @@ TEST(ThesisClosedLoop, HasTheReferenceImpact) {
     EXPECT_NEAR(i.grasps[g].impulse[0], impulses[g][0], 6e-7);
     EXPECT_NEAR(i.grasps[g].impulse[1], impulses[g][1], 6e-7);
     EXPECT_NEAR(i.grasps[g].angular_impulse[2], impulses[g][2], 6e-7);
-    // [angular; linear]: what lies in the plane is unique, what does not may be a self-stress.
+    // [angular; linear]: in-plane components are unique; out-of-plane components may be self-stresses.
     EXPECT_EQ(i.grasps[g].determined, (std::vector<bool>{false, false, true, true, true, false}));
   }
   EXPECT_NEAR(i.kinetic_energy_before, 0.354328, 6e-7);
@@ -71,12 +71,12 @@ TEST(ThesisClosedLoop, LedgerAndLoopPass) {
   EXPECT_EQ(r.loops[0].rank, 3);
   EXPECT_GT(r.loops[0].unprojected_position, 0);
   EXPECT_LT(r.loops[0].correction_total, r.loops[0].integration_error);
-  // It moves: the shape of the loop is not that of the impact.
+  // The shape of the loop changes after the impact.
   EXPECT_GT(std::abs(r.post_impact_end->joints.position[1] - r.approach_end->joints.position[1]), 0.5);
   EXPECT_GT(r.ledger.scale.angular_momentum, 0.1);
 }
 
-// --- Of all impulses that stop the relative motion
+// --- Minimum-norm impulses
 
 // Sum over the grasps of P^T D P and its derivative along another set of impulses, from the target's mass and inertia.
 struct Metric {
@@ -99,7 +99,7 @@ Metric metric(const CaptureProblem& p, const ImpactReport& i, const SelfStress& 
   return m;
 }
 
-// What a self-stress does to each target and to the robot, which is to be nothing: generalized forces on the robot at
+// Effect of a self-stress on each target and on the robot, expected to be zero: generalized forces on the robot at
 // rest, resultants on the targets.
 double effect(const CaptureProblem& p, const ImpactReport& i, const SelfStress& stress, const PhaseEnd& at) {
   const CaptureSystem robot = make_servicer(p);
@@ -136,7 +136,7 @@ double largest_component(const SelfStress& stress) {
   return largest;
 }
 
-void expect_least(const CaptureProblem& p, const ImpactReport& i, const PhaseEnd& at) {
+void expect_minimum(const CaptureProblem& p, const ImpactReport& i, const PhaseEnd& at) {
   for (const SelfStress& stress : i.null_space) {
     EXPECT_NEAR(largest_component(stress), 1, 1e-12);
     EXPECT_LT(effect(p, i, stress, at), 1e-11);
@@ -147,10 +147,11 @@ void expect_least(const CaptureProblem& p, const ImpactReport& i, const PhaseEnd
 }
 
 TEST(Impulses, SelfStressesDoNoWorkAndMetricIsMinimal) {
-  expect_least(scenario("thesis/closed-loop.yaml"), *reference().impact, *reference().approach_end);
+  expect_minimum(scenario("thesis/closed-loop.yaml"), *reference().impact, *reference().approach_end);
 }
 
-// Arms of two joints cannot move their hands in all directions: rank-deficient in space, with no plane of symmetry.
+// Arms of two joints cannot move their end-effectors in all directions: rank-deficient in space, without a plane of
+// symmetry.
 TEST(Impulses, MinimumNormForUndeterminedShortArms) {
   int undetermined = 0;
   for (int index = 0; index < 6; ++index) {
@@ -163,7 +164,7 @@ TEST(Impulses, MinimumNormForUndeterminedShortArms) {
     const CaptureResult r = simulate_capture(p);
     ASSERT_TRUE(r.impact) << r.failure;
     const ImpactReport& i = *r.impact;
-    // Free: base and joints; grasps: 6 each, of which the target takes up 6.
+    // Rank: degrees of freedom of robot and target, less the 6 of the combined rigid body.
     const int arms = static_cast<int>(options.target_of_arm.size());
     EXPECT_EQ(i.rank, 6 + 2 * arms);
     EXPECT_EQ(i.null_space.size(), static_cast<std::size_t>(i.rows - i.rank));
@@ -171,11 +172,11 @@ TEST(Impulses, MinimumNormForUndeterminedShortArms) {
     PhaseEnd at;
     at.joints.position = p.joint_position;
     at.base.position = p.X_WB.p, at.base.quaternion_wxyz = quaternion_from(p.X_WB.R);
-    expect_least(p, i, at);
+    expect_minimum(p, i, at);
     for (const GraspImpulse& g : i.grasps) {
       for (bool d : g.determined) undetermined += d ? 0 : 1;
     }
-    // Every body's share is unique: here they are rigid together, and the total momentum determines each share.
+    // Each body's impulse is unique: after the impact all bodies move as one rigid body with the total momentum.
     Vector3d total = Vector3d::zero();
     for (const BodyImpulse& b : i.body_impulses) total = total + b.impulse;
     EXPECT_LT(norm(total), 1e-11 * r.ledger.scale.linear_momentum);
@@ -184,7 +185,7 @@ TEST(Impulses, MinimumNormForUndeterminedShortArms) {
   EXPECT_GT(undetermined, 20);
 }
 
-// What a target receives is its grasps' impulses together; self-stresses added to them do not show in it.
+// A target receives the sum of its grasps' impulses; self-stresses cancel in the sum.
 TEST(Impulses, SumIsMomentumChangeOfTarget) {
   const ImpactReport& i = *reference().impact;
   Vector3d linear = Vector3d::zero(), angular = linear;
@@ -225,7 +226,7 @@ TEST(PublishedAngles, GapRemainsAndLoopStaysClosed) {
   EXPECT_EQ(gap.target, "sphere");
   EXPECT_EQ(gap.end_effectors[0] + gap.grasp_points[0], "tip-1right");
   EXPECT_EQ(gap.end_effectors[1] + gap.grasp_points[1], "tip-2left");
-  // Each grasp keeps the distance with which it was found.
+  // Each grasp keeps its distance at contact.
   for (const char* tip : {"tip-1", "tip-2"}) {
     const std::string path = "grasps/" + std::string(tip) + "/distance";
     const std::size_t first = first_sample(r, "post_impact");
@@ -239,13 +240,13 @@ TEST(PublishedAngles, PositionErrorsDoNotOpenLoop) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::acceleration, 50));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_LT(defect(r, last_sample(r, "post_impact")), 1e-9);  // measured 1.8e-11: what integration release
+  EXPECT_LT(defect(r, last_sample(r, "post_impact")), 1e-9);  // measured 1.8e-11: integration error
   EXPECT_GT(defect(r, last_sample(r, "post_impact")), 1e-13);
   EXPECT_FALSE(row(r, "loop_closure_position").pass());
   EXPECT_TRUE(row(r, "linear_momentum_drift").pass());
 }
 
-// Velocities that do not fit open it, whether the angles fit or not: u' = 0 keeps the misfit for ever.
+// Velocity errors open the loop, with or without consistent angles: u' = 0 keeps the relative velocity constant.
 TEST(PublishedAngles, VelocityErrorsOpenLoopLinearly) {
   SKIP_UNDER_SANITIZERS();
   for (const bool fits : {false, true}) {
@@ -258,7 +259,7 @@ TEST(PublishedAngles, VelocityErrorsOpenLoopLinearly) {
     if (fits) {
       EXPECT_LT(r.impact->loops[0].gap(), 1e-5);
     }
-    // The violation: of hand 2 relative to the target, both moving with their bodies after the impact.
+    // The violation: velocity of end-effector 2 relative to the target, both moving with their bodies after the impact.
     const std::size_t first = first_sample(r, "post_impact");
     const Posed X_WT = pose_at(r, "targets/sphere", first);
     const Twistd V_T = twist_at(r, "targets/sphere", first), V_E = twist_at(r, "end_effectors/tip-2", first);
@@ -282,7 +283,7 @@ TEST(PublishedAngles, ProjectionReportsVelocityErrors) {
   const CaptureResult r = simulate_capture(published(Law::published, IntegrationSetup::Loops::projection, 10));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(row(r, "loop_closure_position").pass());
-  EXPECT_FALSE(row(r, "correction_total").pass());  // measured 0.09 of 1e-10
+  EXPECT_FALSE(row(r, "correction_total").pass());  // measured 0.09, bound 1e-10
   EXPECT_FALSE(row(r, "impact_constraint_residual").pass());
   EXPECT_FALSE(row(r, "linear_momentum_drift").pass());
 }
@@ -301,7 +302,7 @@ TEST(PublishedAngles, BaumgarteBoundsSmallDefects) {
   const CaptureResult closed = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::projection, 50));
   const CaptureResult fed = simulate_capture(published(Law::published, IntegrationSetup::Loops::baumgarte, 50));
   ASSERT_EQ(fed.status, CaptureStatus::completed) << fed.failure;
-  // From a velocity that does not fit, e = u t exp(-t / T): u T / e at the most.
+  // For an initial velocity error u: e = u t exp(-t / T), with maximum u T / e.
   const std::size_t first = first_sample(fed, "post_impact");
   double largest = 0;
   for (std::size_t s = first; s <= last_sample(fed, "post_impact"); ++s) largest = std::max(largest, defect(fed, s));
@@ -340,9 +341,9 @@ TEST(ClosedLoops, LoopsStayClosedAndLedgerPasses) {
     expect_passes(r);
     expect_finite(r);
     const Opening o = opening(p, r, "post_impact");
-    EXPECT_LT(o.position, 1e-12);  // measured 8.6e-15 at the most
+    EXPECT_LT(o.position, 1e-12);  // maximum measured 8.6e-15
     EXPECT_LT(o.angle, 1e-12);     // measured 3.6e-15
-    // Momentum that is not zero through the impact, body by body.
+    // The total momentum is non-zero and conserved through the impact.
     const std::size_t s = first_sample(r, "contact");
     const Vector3d before = vector_at(r, "system/angular_momentum", s),
                    after = vector_at(r, "system/angular_momentum", s + 1);
@@ -362,8 +363,8 @@ TEST(ClosedLoops, LoopsStayClosedAndLedgerPasses) {
   }
 }
 
-// The order of the grasps decides which grasp carries the target in the tree and which close loops: the physics does
-// not know it.
+// The order of the grasps determines which grasp carries the target in the tree and which grasps close loops. The
+// result is independent of this order.
 TEST(ClosedLoops, IndependentOfCarryingGrasp) {
   using enum GraspModel;
   const CaptureProblem p = random_loops({{0, 0, 0}, {rigid, point, hinge}, 5, 0.2, 2}, 20);
@@ -382,9 +383,10 @@ TEST(ClosedLoops, IndependentOfCarryingGrasp) {
   EXPECT_LT(norm(vector_at(a, "targets/target0/angular_velocity", last) -
                  vector_at(b, "targets/target0/angular_velocity", last)),
             1e-9);
-  for (const char* hand : {"hand0", "hand1", "hand2"}) {
-    const std::string path = "grasps/" + std::string(hand) + "/force";
-    EXPECT_LT(norm(vector_at(a, path, last) - vector_at(b, path, last)), 1e-7 * norm(vector_at(a, path, last))) << hand;
+  for (const char* end_effector : {"hand0", "hand1", "hand2"}) {
+    const std::string path = "grasps/" + std::string(end_effector) + "/force";
+    EXPECT_LT(norm(vector_at(a, path, last) - vector_at(b, path, last)), 1e-7 * norm(vector_at(a, path, last)))
+        << end_effector;
   }
 }
 
@@ -412,13 +414,13 @@ TEST(OneGraspMissed, EqualsOpenChainOfOthers) {
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;
   for (const Series& s : open.series.series) {
-    if (s.path == "clearance/minimum") continue;  // a hand may touch the target of its grasp, but no other
+    if (s.path == "clearance/minimum") continue;  // only a grasping end-effector may touch its target
     const Series& other = series(cut, s.path);
     EXPECT_EQ(std::memcmp(s.data.data(), other.data.data(), s.data.size() * sizeof(double)), 0) << s.path;
     ++compared;
   }
   EXPECT_GT(compared, 30);
-  // And that is another motion than with both.
+  // The motion differs from that with both grasps.
   const std::size_t last = last_sample(cut, "post_impact");
   EXPECT_GT(norm(vector_at(cut, "targets/sphere/position", last) - vector_at(both, "targets/sphere/position", last)),
             0.01);

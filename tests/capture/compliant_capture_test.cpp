@@ -19,7 +19,7 @@ using Law = ImpactSetup::Law;
 using Joints = ImpactSetup::Joints;
 using ::testing::HasSubstr;
 
-// Contacts of a surface that is stiff enough to part after some milliseconds.
+// Contacts with a surface that is stiff enough to separate after several milliseconds.
 CaptureProblem soft_rebound(int index) {
   CaptureProblem p = rebound_case(Law::compliant, 0, 0.3, index);
   p.impact->contact.stiffness = 1e5;
@@ -28,9 +28,9 @@ CaptureProblem soft_rebound(int index) {
 }
 
 // Integral of the recorded force over the samples of a phase, by the trapezoidal rule.
-Vector3d impulse_of(const CaptureResult& r, const std::string& hand, const std::string& phase) {
+Vector3d impulse_of(const CaptureResult& r, const std::string& end_effector, const std::string& phase) {
   Vector3d sum = Vector3d::zero();
-  const std::string path = "grasps/" + hand + "/force";
+  const std::string path = "grasps/" + end_effector + "/force";
   const std::size_t last = last_sample(r, phase);
   for (std::size_t s = first_sample(r, phase); s < last; ++s) {
     const double h = r.series.time[s + 1] - r.series.time[s];
@@ -39,10 +39,10 @@ Vector3d impulse_of(const CaptureResult& r, const std::string& hand, const std::
   return sum;
 }
 
-double largest_force(const CaptureResult& r, const std::string& hand) {
+double largest_force(const CaptureResult& r, const std::string& end_effector) {
   double most = 0;
   for (std::size_t s = 0; s < r.series.time.size(); ++s)
-    most = std::max(most, norm(vector_at(r, "grasps/" + hand + "/force", s)));
+    most = std::max(most, norm(vector_at(r, "grasps/" + end_effector + "/force", s)));
   return most;
 }
 
@@ -52,7 +52,7 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(seed_note(i));
     CaptureProblem p = yielding_case(1e7, i);
-    p.impact->compliant.samples = 20000;  // the dampers take the light hands along within 0.1 ms
+    p.impact->compliant.samples = 20000;  // the dampers accelerate the light end-effectors within 0.1 ms
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     ASSERT_TRUE(r.impact && r.impact->compliant);
@@ -64,7 +64,7 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
     const std::size_t first = first_sample(r, "contact"), last = last_sample(r, "contact");
     EXPECT_GT(last - first, 300u);
     EXPECT_EQ(r.series.time[first], 0);
-    EXPECT_NEAR(r.series.time[last], c.duration, 1e-15);  // time advances, and what follows begins there
+    EXPECT_NEAR(r.series.time[last], c.duration, 1e-15);  // time advances, and the next phase begins there
     EXPECT_EQ(r.series.time[last + 1], r.series.time[last]);
     EXPECT_EQ(r.series.phases[1], "post_impact");
     EXPECT_NEAR(r.series.time.back(), 2 + c.duration, 1e-12);
@@ -77,7 +77,7 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
       EXPECT_LE(most, g.profile->peak_force * (1 + 1e-12));
       EXPECT_LT(peak.note(1 - most / g.profile->peak_force, i), 2e-3);
       EXPECT_TRUE(r.grasps[k].captured);
-      // Rigid from then on.
+      // The grasps are rigid from then on.
       EXPECT_LT(opening(p, r, k, last + 1, r.series.time.size() - 1).position, 1e-11);
       EXPECT_LT(norm(relative_twist_at(p, r, k, last + 1).linear), 1e-12);
     }
@@ -86,7 +86,7 @@ TEST(CompliantGrasps, RecordedInTimeAndHoldAfterwards) {
 
 TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
   SKIP_UNDER_SANITIZERS();
-  CaptureProblem rigid = meeting_case(1);
+  CaptureProblem rigid = contact_capture_case(1);
   const CaptureResult plastic = simulate_capture(rigid);
   double previous = 0, rate = 0;
   for (double stiffness : {1e7, 1e8, 1e9}) {
@@ -129,7 +129,7 @@ TEST(CompliantContacts, SeparateAndTargetIsFree) {
   }
 }
 
-// An undamped, frictionless contact is the rigid one with e = 1 as it stiffens.
+// An undamped, frictionless contact converges to the rigid contact with e = 1 for high stiffness.
 TEST(CompliantContacts, ConvergeToFullRestitution) {
   CaptureProblem p = rebound_case(Law::restitution, 1, 0, 2);
   p.grasps.pop_back(), p.targets.pop_back();
@@ -173,7 +173,7 @@ TEST(CompliantImpact, BrakedOrDrivenJointsReportedAndLedgerPasses) {
           EXPECT_NEAR(value_at(r, "joints/velocity", k, j), joints == Joints::braked ? 0 : before, 1e-13);
         work += r.impact->held_joints[static_cast<std::size_t>(j)].work;
       }
-      // What all of it did: kinetic energy before brakes, springs, losses.
+      // Energy balance of the impact: kinetic energy, spring energy, losses and the work of brakes or drives.
       const CompliantReport& c = *r.impact->compliant;
       EXPECT_NEAR(r.impact->kinetic_energy_after + c.elastic_energy_after + c.energy_lost - work,
                   r.impact->kinetic_energy_before, 1e-8 * r.impact->kinetic_energy_before);
@@ -192,7 +192,7 @@ TEST(CompliantImpact, BrakedOrDrivenJointsReportedAndLedgerPasses) {
 TEST(CompliantImpact, BrakedJointsConvergeToPlasticImpact) {
   SKIP_UNDER_SANITIZERS();
   for (Joints joints : {Joints::braked, Joints::driven}) {
-    CaptureProblem p = meeting_case(2);
+    CaptureProblem p = contact_capture_case(2);
     p.impact->joints = joints;
     const CaptureResult plastic = simulate_impact_only(p);
     CaptureProblem yielding = yielding_case(1e9, 2);
@@ -211,7 +211,7 @@ TEST(CompliantImpact, BrakedJointsConvergeToPlasticImpact) {
   }
 }
 
-// One arm holds its target when the other meets its own.
+// One arm holds its target while the other contacts its own.
 TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
   SKIP_UNDER_SANITIZERS();
   for (bool contact : {false, true}) {
@@ -226,7 +226,7 @@ TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
     EXPECT_EQ(r.later_impacts[0].time, 0.5);
     ASSERT_EQ(r.later_impacts[0].grasps.size(), 1u);
     const std::size_t first = first_sample(r, "contact_2"), last = last_sample(r, "contact_2");
-    // The held target gets what its grasp passes on, all the time.
+    // The held target receives the impulse of its grasp throughout the impact.
     Vector3d passed = Vector3d::zero();
     for (std::size_t s = first + 1; s < last; ++s) {
       EXPECT_EQ(value_at(r, "grasps/hand0/holds", s), s + 1 < last ? 1 : value_at(r, "grasps/hand0/holds", s));
@@ -242,14 +242,14 @@ TEST(CompliantImpact, WhileAnotherArmHoldsTarget) {
   }
 }
 
-// The first arm's impact takes longer than the second waits.
+// The first arm's impact lasts longer than the delay of the second.
 TEST(CompliantImpact, SkipsEventsDueDuringImpact) {
   CaptureProblem p = yielding_case(2e3, 3);
   p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 1e-3;
   p.post_impact->releases = {{1.2, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_EQ(r.impact->compliant->end, "time_over");  // grasps this soft are not at rest after a second
+  EXPECT_EQ(r.impact->compliant->end, "time_over");  // soft grasps do not settle within one second
   for (const LedgerEntry& e : r.ledger.entries)
     EXPECT_EQ(e.pass(), e.name != "compliant_energy_residual") << e.name << " " << e.value;
   ASSERT_EQ(r.later_impacts.size(), 1u);
@@ -281,8 +281,8 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
   }
 }
 
-// What springs still hold when the time is over is said; more than a thousandth of the energy fails the conservation
-// checks.
+// A warning reports the deformation that remains at the end of the impact. More than a thousandth of the energy in the
+// springs fails the conservation checks.
 TEST(CompliantImpact, BrakesAfterwardsAndWarnsIfUnfinished) {
   CaptureProblem p = yielding_case(1e4, 1);
   p.impact->compliant.longest = 5e-3;
@@ -299,7 +299,7 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsIfUnfinished) {
   EXPECT_GT(r.impact->compliant->elastic_energy_after, 0);
 }
 
-// A contact whose impact is cut off has not separated: its energy counts, and it is not reported as separated.
+// A contact is not reported as separated if its impact ends during compression; its spring energy counts.
 TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   const CaptureProblem whole = soft_rebound(2);
   const CaptureResult over = simulate_capture(whole);
@@ -307,7 +307,7 @@ TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   EXPECT_EQ(over.impact->compliant->end, "separated");
   EXPECT_THAT(over.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at "));
   CaptureProblem p = whole;
-  p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // the most compressed
+  p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // at maximum compression
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_EQ(r.impact->compliant->end, "time_over");
@@ -320,8 +320,8 @@ TEST(CompliantContacts, UnfinishedCompressionFailsLedger) {
   EXPECT_TRUE(warns(r, "hand0 is still compressed by "));
 }
 
-// A hand that rubs on a surface with nothing to damp it: its slip changes sides while it presses. What friction takes
-// shows errors of velocities within the slip speed.
+// An end-effector slides on an undamped surface, and its slip reverses during the contact. The friction work reveals
+// velocity errors within the slip speed.
 TEST(CompliantContacts, EnergyBalanceAcrossSlipReversal) {
   struct Rub {
     double friction, slip_speed, stiffness;
@@ -352,7 +352,7 @@ TEST(CompliantImpact, RejectedInClosedLoops) {
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, HasSubstr("closed loops"));
-  ASSERT_TRUE(r.impact);  // the first, of two hands on one target, has occurred
+  ASSERT_TRUE(r.impact);  // the first impact, of two end-effectors on one target, has occurred
   EXPECT_EQ(r.impact->grasps.size(), 2u);
 }
 
@@ -360,15 +360,15 @@ TEST(CompliantImpact, OnArrivalInEnvelope) {
   CaptureProblem p = yielding_case(1e5, 5);
   p.grasps.pop_back(), p.targets.pop_back();
   p.grasps[0].closes = GraspSetup::Closes::on_arrival;
-  // The hand comes 2 cm nearer than it is now, in a straight line as far as the first moments go.
+  // The grasp point lies 5 cm ahead of the end-effector, along the relative velocity.
   CaptureProblem now = p;
   now.grasps[0].closes = GraspSetup::Closes::together;
-  const CaptureResult met = simulate_impact_only(now);
-  const Vector3d u = meeting(now, met, 0, 0).relative_velocity();
+  const CaptureResult contact = simulate_impact_only(now);
+  const Vector3d u = grasp_error(now, contact, 0, 0).relative_velocity();
   const double speed = norm(u);
   const Vector3d gap = (-0.05 / speed) * u;  // 5 cm before the point, on its path
-  const Vector3d hand = met.impact->grasps[0].contact_point;
-  p.targets[0].X_WT.p += (hand - gap) - (p.targets[0].X_WT * p.targets[0].grasp_points[0].X_TG.p);
+  const Vector3d end_effector = contact.impact->grasps[0].contact_point;
+  p.targets[0].X_WT.p += (end_effector - gap) - (p.targets[0].X_WT * p.targets[0].grasp_points[0].X_TG.p);
   p.robot.end_effectors[0].envelope = CaptureEnvelope{0.04};
   p.post_impact->duration = 3 * 0.05 / speed;
   const CaptureResult r = simulate_capture(p);

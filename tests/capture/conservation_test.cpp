@@ -1,5 +1,5 @@
-/// Scales of conservation checks: groups of touching bodies, scales that cannot vanish, a frame that moves with the
-/// system; and the messages of failed checks.
+/// Scales of conservation checks: groups of touching bodies, non-zero scales, a frame that moves with the system; and
+/// the messages of failed checks.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A base without arms at rest, and a target that comes in along a line through both centres of mass and the grasp:
-// nothing ever turns.
+// A base without arms at rest, and a target that approaches along a line through both centres of mass and the grasp: no
+// body rotates.
 CaptureProblem head_on(const Vector3d& along) {
   CaptureProblem p;
   p.name = "head on";
@@ -55,15 +55,15 @@ TEST(Conservation, HeadOnImpactPasses) {
   for (const Vector3d& along : {Vector3d{1, 0, 0}, Vector3d{0.6, 0.48, 0.64}, Vector3d{-0.28, 0.576, 0.768}}) {
     const CaptureResult r = simulate_capture(head_on(along));
     expect_passes(r);
-    // Momentum is not zero, and what it turns about is.
+    // Linear momentum is non-zero; angular momentum is zero.
     EXPECT_GT(r.ledger.scale.linear_momentum, 0.4);
     EXPECT_LT(r.ledger.scale.angular_momentum, 1e-13);
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-12);  // measured 1.4e-13
   }
 }
 
-// The thesis's capture with loose joints afterwards, in steps that are far too long for them; `bystander`: the second
-// target is out of reach of its arm and weighs so much [kg].
+// The thesis's capture with free joints afterwards and integration steps that are too long. `bystander`: mass [kg] of
+// the second target, which is out of reach of its arm.
 CaptureProblem coarse(double bystander) {
   CaptureProblem p = thesis_case();
   p.clearance.enabled = false;
@@ -94,7 +94,8 @@ TEST(Conservation, HeavyUninvolvedBodyHidesNoDrift) {
   std::printf("[ measured ] energy lost: %.3g\n", b.value);
 }
 
-// Of the published formulas, which leave momentum behind, and of springs that are cut off: whatever else is about.
+// Errors of the published formulas, which do not conserve momentum, and of compliant impacts that end early: both are
+// independent of an uninvolved body.
 TEST(Conservation, HeavyUninvolvedBodyHidesNoImpactError) {
   const auto residuals = [](double bystander, ImpactSetup::Law law, std::initializer_list<const char*> rows) {
     CaptureProblem p = coarse(bystander);
@@ -121,7 +122,7 @@ TEST(Conservation, HeavyUninvolvedBodyHidesNoImpactError) {
   expect_same(ImpactSetup::Law::compliant, {"compliant_energy_residual"});
 }
 
-// A rounding error of the bystander's is not the servicer's either.
+// Rounding errors of the uninvolved body do not appear as errors of the servicer.
 TEST(Conservation, HeavyUninvolvedBodyCausesNoError) {
   CaptureProblem p = coarse(1e8);
   p.integration = {};
@@ -130,7 +131,7 @@ TEST(Conservation, HeavyUninvolvedBodyCausesNoError) {
 
 // --- A frame that moves with the system ---
 
-// Numbers that stay exact where large ones are added.
+// Rounds to values that stay exact when added to large numbers.
 double on_grid(double x) { return std::round(x * 0x1p20) * 0x1p-20; }
 Vector3d on_grid(const Vector3d& v) { return {on_grid(v[0]), on_grid(v[1]), on_grid(v[2])}; }
 
@@ -167,14 +168,14 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return largest;
 }
 
-// Everything that does not depend on the frame, relative to sizes of some metres and m/s.
+// Quantities independent of the frame, relative to sizes of several metres and m/s.
 void expect_alike(const CaptureResult& here, const CaptureResult& there, double bound) {
   ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
   const PhaseEnd &a = *here.post_impact_end, &b = *there.post_impact_end;
   EXPECT_LT(difference(a.joints.position, b.joints.position), bound);
   EXPECT_LT(difference(a.joints.velocity, b.joints.velocity), bound);
   EXPECT_LT(norm(a.base.angular_velocity - b.base.angular_velocity), bound);
-  // Positions in W are as good as doubles have them there.
+  // Positions in W have the resolution of doubles at that distance.
   const Vector3d place = kPlace + a.time * kSpeed;
   EXPECT_LT(norm(b.base.position - a.base.position - place), 4e-9);
   EXPECT_LT(norm(b.base.velocity - a.base.velocity - kSpeed), 4e-12);
@@ -185,7 +186,7 @@ void expect_alike(const CaptureResult& here, const CaptureResult& there, double 
     EXPECT_LT(norm(g.impulse - h.impulse), bound * std::max(1.0, norm(g.impulse)));
     EXPECT_LT(norm(h.contact_point - g.contact_point - kPlace - here.impact->time * kSpeed), 4e-9);
   }
-  // Of 1e10 J, what doubles leave.
+  // Rounding error of doubles at 1e10 J.
   const double energy = there.impact->kinetic_energy_before;
   EXPECT_GT(energy, 1e6);
   EXPECT_NEAR(there.impact->kinetic_energy_after - energy,
@@ -201,11 +202,11 @@ TEST_P(InOrbit, OnlyFrameChanges) {
   const CaptureResult here = simulate_capture(p), there = simulate_capture(in_orbit(p));
   expect_passes(here);
   expect_passes(there);
-  // A momentum of 1e7 N s has no digits left for what the base does by itself.
+  // With a momentum of 1e7 N s, rounding error limits the accuracy of the base's motion relative to the frame.
   expect_alike(here, there, p.momentum ? 1e-7 : 1e-9);
   const CaptureResult columns = simulate_capture(in_orbit(p), {}, CaptureDetail::columns);
   EXPECT_EQ(columns.post_impact_end->joints.position, there.post_impact_end->joints.position);
-  // The time series in W, by its own means: momentum and energy of everything.
+  // The total kinetic energy in W follows from momentum and mass by the change of frame.
   const std::size_t last = there.series.time.size() - 1;
   const Vector3d p_here = vector_at(here, "system/linear_momentum", last),
                  p_there = vector_at(there, "system/linear_momentum", last);
@@ -285,7 +286,7 @@ TEST(Conservation, PassingRunHasNoAdvice) {
   for (const LedgerEntry& entry : simulate_capture(thesis_case()).ledger.entries) EXPECT_EQ(entry.advice, "");
 }
 
-// --- Results whose numbers are none ---
+// --- Non-finite results ---
 
 TEST(FiniteResult, NamesFirstNonFiniteNumber) {
   const CaptureResult good = simulate_capture(thesis_case());
@@ -301,7 +302,7 @@ TEST(FiniteResult, NamesFirstNonFiniteNumber) {
   EXPECT_EQ(first_not_finite(bad), "approach.end.base.velocity");
 }
 
-// "Parts at inf m/s" is no result.
+// A run with a non-finite separation velocity fails.
 TEST(FiniteResult, RunWithNonFiniteNumbersFails) {
   CaptureProblem p = head_on({1, 0, 0});
   p.targets[0].V_WT.linear = {-1e200, 0, 0};

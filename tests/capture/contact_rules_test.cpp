@@ -18,7 +18,7 @@ CaptureProblem lagging() {
   return p;
 }
 
-TEST(WeldAsFound, KeepsRelativePose) {
+TEST(WeldAsFound, PreservesRelativePose) {
   const CaptureResult r = simulate_capture(lagging());
   expect_passes(r);
   const std::size_t contact = first_sample(r, "contact"), after = first_sample(r, "post_impact");
@@ -56,14 +56,14 @@ TEST(TranslateTarget, MovesGraspPointToTip) {
     for (std::size_t s = contact; s < r.series.time.size(); ++s) {
       EXPECT_LT(value_at(r, "grasps/" + g.end_effector + "/distance", s), 1e-12);  // measured 8e-16
     }
-    // Orientation and velocity of the target are as they were.
+    // The target keeps its orientation and velocity.
     EXPECT_LT(norm(r.impact->targets_before[i].velocity - r.approach_end->targets[i].velocity), 1e-15);
   }
   const CaptureResult welded = simulate_capture(lagging());
-  EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // it matters
+  EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // the rule matters
 }
 
-TEST(Refuse, ReportsGapAndKeepsApproach) {
+TEST(Refuse, ReportsGapAndRetainsApproach) {
   CaptureProblem p = lagging();
   p.contact = {ContactSetup::Gap::refuse, 0.08};  // between the two misses
   const CaptureResult r = simulate_capture(p);
@@ -104,8 +104,8 @@ TEST(Refuse, WithinLimitEqualsWeldAsFound) {
   EXPECT_EQ(norm(r.impact->grasps[0].impulse - welded.impact->grasps[0].impulse), 0);
 }
 
-// Two arms on one target: it moves by the mean of the two gaps. A target is not moved from beyond the arm's reach,
-// unless the user sets contact.largest_gap.
+// Two arms on one target: it moves by the mean of the two gaps. A target beyond the arm's reach is not moved, unless
+// the user sets contact.largest_gap.
 TEST(TranslateTarget, LimitedByReach) {
   CaptureProblem p = lagging();
   p.contact.gap = ContactSetup::Gap::translate_target;
@@ -139,14 +139,14 @@ TEST(TranslateTarget, SharedTargetMovesByMeanGap) {
     const Posed X = pose_at(r, "targets/target-1", contact);
     sum += -(X * (i[0] == '1' ? Vector3d{2, -1.5, 0} : Vector3d{-2, 1.5, 0}));
   }
-  EXPECT_LT(norm(sum), 1e-13);  // what is left is opposite
+  EXPECT_LT(norm(sum), 1e-13);  // the remaining gaps are opposite
   EXPECT_EQ(r.impact->rows, 12);
   EXPECT_EQ(r.impact->rank, 9);
   EXPECT_EQ(r.impact->grasps[0].determined, (std::vector<bool>{false, false, true, true, true, false}));
   EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
 }
 
-// A grasp without an envelope is not evaluated: it is assumed, with the gap that it bridges.
+// A grasp without an envelope is not evaluated: its verdict is `assumed`, and the report states the gap.
 TEST(CapturedVerdict, AssumedWithoutEnvelope) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
@@ -154,7 +154,7 @@ TEST(CapturedVerdict, AssumedWithoutEnvelope) {
   EXPECT_FALSE(welded.grasps[0].judged);
   EXPECT_EQ(welded.grasps[0].target_moved, 0);
   EXPECT_GT(welded.grasps[0].distance, 0.05);
-  // An envelope that says nothing of the distance does not judge it either.
+  // An envelope without a distance limit does not evaluate the distance.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope.emplace().velocity = 1;
   EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 0.2;
@@ -178,7 +178,7 @@ TEST(CapturedVerdict, ReportsDisplacementOfTarget) {
   }
 }
 
-// From 38 m away nothing is captured unless the user sets contact.largest_gap.
+// A target 38 m away is not captured unless the user sets contact.largest_gap.
 TEST(LargestGap, DefaultIsTenthOfReach) {
   CaptureProblem p = thesis_case_pd();
   p.contact.largest_gap.reset();
@@ -191,7 +191,7 @@ TEST(LargestGap, DefaultIsTenthOfReach) {
   EXPECT_EQ(far.capture_verdict(), Captured::no);
   EXPECT_FALSE(far.impact);
 
-  // Without an impact nothing is joined, and it is no capture either.
+  // Without an impact no grasp closes, and there is no capture.
   CaptureProblem only = p;
   only.impact.reset();
   EXPECT_EQ(simulate_capture(only).capture_verdict(), Captured::no);
@@ -202,7 +202,7 @@ TEST(LargestGap, DefaultIsTenthOfReach) {
   p.targets[0] = thesis_case_pd().targets[0];
   const CaptureResult stated = simulate_capture(p);
   EXPECT_NE(stated.failure.find("contact.largest_gap is 0.08 m"), std::string::npos) << stated.failure;
-  // An envelope judges by itself.
+  // An envelope takes precedence over contact.largest_gap.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope.emplace().position = 0.2;
   EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::yes);
 }
@@ -216,13 +216,13 @@ CaptureProblem with_balls(double radius) {
   return p;
 }
 
-double least_clearance(const CaptureResult& r) {
+double min_clearance(const CaptureResult& r) {
   double least = 10;
   for (const MinimumClearance& phase : r.clearance) least = std::min(least, phase.distance);
   return least;
 }
 
-// Without a check the verdict is neither yes nor no.
+// Without a check the verdict is `not_checked`.
 TEST(Feasibility, NotCheckedWithoutChecks) {
   CaptureProblem p = lagging();
   const CaptureResult none = simulate_capture(p);
@@ -240,7 +240,7 @@ TEST(Feasibility, NotCheckedWithoutChecks) {
 
   p = with_balls(0.01);
   const CaptureResult all = simulate_capture(p);
-  EXPECT_EQ(all.ledger.feasibility(), Verdict::yes) << least_clearance(all);
+  EXPECT_EQ(all.ledger.feasibility(), Verdict::yes) << min_clearance(all);
   EXPECT_FALSE(all.first_violation || all.valid_until);
   p.clearance.enabled = false;
   const CaptureResult off = simulate_capture(p);
@@ -257,10 +257,10 @@ TEST(Feasibility, NotCheckedWithoutChecks) {
   EXPECT_LT(slow.first_violation->time, 2);  // the quartic profile begins slowly
 }
 
-// The first overlap ends what the run can say.
+// The results are valid until the first overlap.
 TEST(Feasibility, ValidUntilFirstOverlap) {
   CaptureProblem p = with_balls(0.01);
-  const double least = least_clearance(simulate_capture(p));
+  const double least = min_clearance(simulate_capture(p));
   ASSERT_GT(least, 0);
   p.clearance.required = least + 0.01;
   const CaptureResult near = simulate_capture(p);

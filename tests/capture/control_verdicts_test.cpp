@@ -1,4 +1,4 @@
-/// Verdicts on control: saturation, stability and rest, on signals whose answer is known and in captures.
+/// Verdicts on control: saturation, stability and rest, for signals with known verdicts and for captures.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ struct Point {
   double energy = 1;
 };
 
-// 100 s of a signal in steps that differ in length, as an integrator's do.
+// 100 s of a signal in steps of varying length, as from an integrator.
 StabilityReport verdict_on(const std::function<Point(double t)>& signal, double noise = 0, bool stores_energy = false) {
   Oscillation oscillation;
   double t = 0;
@@ -60,7 +60,8 @@ TEST(Stability, OfSignals) {
   EXPECT_EQ(verdict([](double t) { return Point{1e-9 * wave(t)}; }), Stability::stable);
   EXPECT_EQ(verdict([](double t) { return Point{std::exp(-0.02 * t) * wave(t)}; }), Stability::stable);
   EXPECT_EQ(verdict([](double) { return Point{}; }), Stability::stable);
-  // Growth, and a limit cycle at the actuators' limits, also after growth from little and after a quiet time.
+  // Growth, and a limit cycle at the actuators' limits, also after growth from a small amplitude and after a quiet
+  // interval.
   EXPECT_EQ(verdict([](double t) { return Point{1e-3 * std::exp(0.05 * t) * wave(t)}; }), Stability::unstable);
   EXPECT_EQ(verdict([](double t) { return Point{wave(t), std::abs(wave(t)) > 0.5}; }), Stability::unstable);
   EXPECT_EQ(verdict([](double t) {
@@ -83,16 +84,16 @@ TEST(Stability, OfSignals) {
   EXPECT_EQ(verdict([](double t) { return Point{wave(t) + 0.3}; }), Stability::not_evaluated);
   // A saturated brake without oscillation.
   EXPECT_EQ(verdict([](double t) { return Point{std::max(0.0, 1 - 0.01 * t), t < 95}; }), Stability::stable);
-  // Energy that springs give back: the beat grows, the energy of all does not.
+  // Energy returned by springs: the beat grows, the total energy does not.
   const auto beat = [](double t) { return Point{std::sin(0.012 * t) * wave(t), false, 1}; };
   EXPECT_EQ(verdict(beat, 0, true), Stability::not_evaluated);
   const auto fed = [](double t) { return Point{std::sin(0.012 * t) * wave(t), false, 1 + 0.1 * t}; };
   EXPECT_EQ(verdict(fed, 0, true), Stability::unstable);
-  // Noise of the sensor at the limit.
+  // Sensor noise at the limit.
   EXPECT_EQ(verdict([](double t) { return Point{1e-3 * wave(t), true}; }, 1e-3), Stability::stable);
 }
 
-// Errors of joints that follow a reference grow and fall with it.
+// Errors of joints that follow a reference grow and decay with the reference.
 TEST(Stability, OfForcedOscillations) {
   const auto forced = [](const std::function<double(double)>& signal) {
     Oscillation oscillation;
@@ -123,7 +124,7 @@ TEST(Stability, MemoryBoundedForManyCycles) {
 
 // ---- Captures ----
 
-// A satellite of 50 kg with a boom, whose attitude is held for a time.
+// A satellite of 50 kg with a boom; attitude control acts for `duration` seconds.
 class Satellite {
  public:
   std::string actuators = {}, base = "[0.02, 0.01, 0]", control = {}, base_control = {};
@@ -140,7 +141,7 @@ class Satellite {
             (base_control.empty() ? "" : ", base_control: " + base_control) + "}\n";
     return load_scenario_text(text);
   }
-  CaptureResult flown() const {
+  CaptureResult simulated() const {
     const CaptureResult result = simulate_capture(problem());
     EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
     return result;
@@ -161,24 +162,24 @@ Stability verdict_of(const CaptureResult& result) {
 TEST(StabilityOfCaptures, SampledControl) {
   Satellite satellite;
   satellite.base_control = "{kp: 0.2, kd: 1, limit: 0.5}", satellite.control = "{period: 0.1}";
-  const CaptureResult stable = satellite.flown();
+  const CaptureResult stable = satellite.simulated();
   EXPECT_EQ(verdict_of(stable), Stability::stable);
   EXPECT_THAT(stable.warnings, IsEmpty());
-  // Sampled too slowly for its gains: it grows without a limit, and ends in a limit cycle with one.
+  // Sampled too slowly for its gains: the motion grows without bound, or to a limit cycle if the torque is limited.
   satellite.control = "{period: 1, delay: 0.5}", satellite.base_control = "{kp: 4, kd: 6, limit: 0.5}";
   satellite.duration = 120;
-  const CaptureResult cycle = satellite.flown();
+  const CaptureResult cycle = satellite.simulated();
   EXPECT_EQ(verdict_of(cycle), Stability::unstable);
   EXPECT_THAT(cycle.warnings, Contains(HasSubstr("control is unstable in approach: the angular velocity of the base")));
   EXPECT_THAT(result_table(cycle), HasSubstr("stability: UNSTABLE"));
   satellite.base_control = "{kp: 4, kd: 6}", satellite.duration = 12;
-  EXPECT_EQ(verdict_of(satellite.flown()), Stability::unstable);
+  EXPECT_EQ(verdict_of(satellite.simulated()), Stability::unstable);
 }
 
 TEST(StabilityOfCaptures, FreeTumblingIsNotEvaluated) {
   Satellite satellite;
   satellite.base = "[0.2, 0.1, 0.3]";
-  const CaptureResult free = satellite.flown();
+  const CaptureResult free = satellite.simulated();
   EXPECT_THAT(free.stability, IsEmpty());
   EXPECT_THAT(free.saturation, IsEmpty());
   EXPECT_THAT(free.warnings, IsEmpty());
@@ -192,27 +193,27 @@ const SaturationReport* find(const CaptureResult& result, SaturationReport::Actu
   return nullptr;
 }
 
-// The wheels hold 4 x 0.0005 x 419 N m s at most, and the base has more.
+// The wheels store at most 4 x 0.0005 x 419 N m s, less than the angular momentum of the base.
 TEST(Saturation, OfWheels) {
   Satellite satellite;
   satellite.actuators = "  wheel_array: {configuration: pyramid, inertia: 0.0005, torque: 0.05, rate: 418.88}\n";
   satellite.base = "[0.3, -0.2, 0.3]";
   satellite.base_control = "{actuators: wheels, kp: 0.2, kd: 1}";
-  const CaptureResult result = satellite.flown();
+  const CaptureResult result = satellite.simulated();
   ASSERT_FALSE(result.saturation.empty());
   const SaturationReport& s = result.saturation.front();
   EXPECT_EQ(s.actuator, SaturationReport::Actuator::wheel);
   EXPECT_EQ(s.quantity, SaturationReport::Quantity::rate);
   EXPECT_EQ(s.limit, 418.88);
   EXPECT_TRUE(s.at_end);
-  EXPECT_LE(s.first_time + s.duration, 60);  // measured 48.3: it leaves its limit for a while
+  EXPECT_LE(s.first_time + s.duration, 60);  // measured 48.3: the rate leaves its limit temporarily
   EXPECT_NEAR(s.share, s.duration / 60, 1e-12);
   EXPECT_GT(s.share, 0.5);
   EXPECT_THAT(result.warnings, Contains(AllOf(HasSubstr("saturated: wheel wheel"), HasSubstr("and at the end"))));
   EXPECT_THAT(result_table(result), HasSubstr("saturated: wheel wheel"));
-  // With enough room nothing is said.
+  // With sufficient wheel capacity no saturation is reported.
   satellite.actuators = "  wheel_array: {configuration: pyramid, inertia: 0.05, torque: 5, rate: 418.88}\n";
-  const CaptureResult room = satellite.flown();
+  const CaptureResult room = satellite.simulated();
   EXPECT_THAT(room.saturation, IsEmpty());
   EXPECT_THAT(room.warnings, IsEmpty());
 }
@@ -243,7 +244,7 @@ TEST(Saturation, OfThrusters) {
     satellite.actuators = six_pairs_of_thrusters(0.02);
     satellite.base = "[0.1, -0.2, 0.3]", satellite.control = "{period: 0.1}";
     satellite.base_control = std::string("{actuators: thrusters, kp: 0.2, kd: 1") + more + "}";
-    const CaptureResult weak = satellite.flown();
+    const CaptureResult weak = satellite.simulated();
     ASSERT_FALSE(weak.saturation.empty());
     EXPECT_EQ(weak.saturation.front().actuator, SaturationReport::Actuator::thruster);
     EXPECT_GT(weak.saturation.front().duration, 20);
@@ -253,18 +254,18 @@ TEST(Saturation, OfThrusters) {
     EXPECT_LE(largest, 1);
     EXPECT_THAT(weak.warnings, Contains(HasSubstr("on continuously, delivers less than commanded")));
   }
-  // Strong ones fire in short pulses.
+  // Strong thrusters fire in short pulses.
   Satellite strong;
   strong.actuators = six_pairs_of_thrusters(5), strong.control = "{period: 0.1}";
   strong.base_control = "{actuators: thrusters, kp: 0.2, kd: 1}";
-  EXPECT_THAT(strong.flown().saturation, IsEmpty());
+  EXPECT_THAT(strong.simulated().saturation, IsEmpty());
 }
 
 // The limit of base control applies to the command, not to a rating: it saturates, and has no margin.
 TEST(Saturation, BaseControlHasNoMargin) {
   Satellite satellite;
   satellite.base = "[0.1, -0.2, 0.3]", satellite.base_control = "{kp: 0.2, kd: 1, limit: 0.05}";
-  const CaptureResult result = satellite.flown();
+  const CaptureResult result = satellite.simulated();
   const SaturationReport* z = find(result, SaturationReport::Actuator::base_control, "z");
   ASSERT_TRUE(z);
   EXPECT_EQ(z->limit, 0.05);
@@ -278,25 +279,25 @@ TEST(Saturation, BaseControlHasNoMargin) {
   EXPECT_EQ(worst_margin(result), nullptr);
 }
 
-// Motion after an impact comes to rest, or not in time.
+// Rest after an impact: reached within the phase, or not.
 TEST(Rest, OfTheMotionAfterwards) {
   SKIP_UNDER_SANITIZERS();
   const std::string file = GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml";
-  const auto flown = [&](const char* rate) {
+  const auto simulated = [&](const char* rate) {
     CaptureResult result =
         simulate_capture(load_scenario(file, std::vector<Override>{{"post_impact.at_rest.angular_velocity", rate}}));
     EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
     EXPECT_TRUE(result.rest.has_value());
     return result;
   };
-  const CaptureResult loose = flown("0.01");
+  const CaptureResult loose = simulated("0.01");
   EXPECT_TRUE(loose.rest->at_rest);
   EXPECT_GT(loose.rest->time, loose.impact->time);
   EXPECT_LT(loose.rest->time, loose.post_impact_end->time);
   EXPECT_EQ(loose.rest->angular_velocity, norm(loose.post_impact_end->base.angular_velocity));
   EXPECT_THAT(result_table(loose), HasSubstr("at rest: yes, from t = "));
-  EXPECT_EQ(verdict_of(loose), Stability::stable);  // of the motion afterwards; the approach is forced
-  const CaptureResult strict = flown("1e-12");
+  EXPECT_EQ(verdict_of(loose), Stability::stable);  // of the motion after the impact; the approach is a forced motion
+  const CaptureResult strict = simulated("1e-12");
   EXPECT_FALSE(strict.rest->at_rest);
   EXPECT_TRUE(std::isnan(strict.rest->time));
   EXPECT_THAT(strict.warnings, Contains(HasSubstr("at rest: NO; at the end base at ")));

@@ -1,5 +1,5 @@
-/// Tracking that is not ideal, noise, attitude control of the base, loads from outside: what they do, and that plans
-/// allow for them. Impulses of loads and references are computed here.
+/// Non-ideal tracking, noise, base attitude control and external loads: their effects, and plans that account for them.
+/// The tests compute the impulses of loads and references independently.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ void computed_torque(CaptureProblem& p, double kp, double kd) {
   p.approach->tracking.mode = JointControl::computed_torque;
 }
 
-// Largest deviation of the joints from an ideal run's, over all samples.
+// Largest deviation of the joints between two runs, over all samples.
 double deviation(const CaptureResult& a, const CaptureResult& b, const std::string& path = "joints/position") {
   const std::vector<double>&x = series(a, path).data, &y = series(b, path).data;
   EXPECT_EQ(x.size(), y.size());
@@ -60,8 +60,8 @@ TEST(ComputedTorque, EqualsIdealTracking) {
   expect_passes(r);
   EXPECT_LT(deviation(ideal, r), 1e-9);
   EXPECT_LT(deviation(ideal, r, "base/position"), 1e-9);
-  for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(meeting(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
-  // A start off the reference dies out: critically damped, e(t) = e0 (1 + 2 t) exp(-2 t) for kp = 4, kd = 4.
+  for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(grasp_error(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
+  // An initial error decays, critically damped: e(t) = e0 (1 + 2 t) exp(-2 t) for kp = 4, kd = 4.
   CaptureProblem friction = p;
   for (BodyDescription& b : friction.robot.bodies) {
     if (!b.parent.empty()) b.joint.friction = {2, 0.3, 1e-2};
@@ -127,15 +127,15 @@ TEST(Noise, ChangesErrorByItsSizeAndIsReproducible) {
   EXPECT_GT(deviation(a, other), 1e-4);
   const double large = deviation(a, quiet), small = deviation(less, quiet);
   EXPECT_GT(large, 1e-3);
-  EXPECT_LT(large, 5e-3);  // the most of 480 normal values
+  EXPECT_LT(large, 5e-3);  // maximum of 480 normal values
   EXPECT_NEAR(large / small, 10, 1e-6);
   double square = 0;
   const std::vector<double>&x = series(a, "joints/position").data, &y = series(quiet, "joints/position").data;
   for (std::size_t i = 0; i < x.size(); ++i) square += (x[i] - y[i]) * (x[i] - y[i]) / static_cast<double>(x.size());
   EXPECT_NEAR(std::sqrt(square), 1e-3, 2e-4);
-  const double miss = meeting(p, a, 0, last_sample(a, "approach")).distance();
+  const double miss = grasp_error(p, a, 0, last_sample(a, "approach")).distance();
   EXPECT_GT(miss, 1e-5);
-  EXPECT_LT(miss, 2e-2);  // a few noises at 1 to 3 m
+  EXPECT_LT(miss, 2e-2);  // several noise amplitudes at 1 to 3 m
   std::printf("[ measured ] deviation %.3g, rms %.3g, miss %.3g\n", large, std::sqrt(square), miss);
 }
 
@@ -154,12 +154,12 @@ TEST(BaseControl, ErrorDecreasesWithStiffness) {
     for (std::size_t s = 0; s < r.series.time.size(); ++s) {
       most = std::max(most, rotation_angle(pose_at(r, "base", s).R));
       if (s < 2) continue;
-      // What turns the total about the centre of mass comes from the controller alone: its mean over an interval.
+      // Only the controller changes the angular momentum about the centre of mass: its mean torque over an interval.
       const Vector3d dl = vector_at(r, "system/angular_momentum", s) - vector_at(r, "system/angular_momentum", s - 1);
       torque = std::max(torque, norm(dl) / (r.series.time[s] - r.series.time[s - 1]));
     }
     EXPECT_LT(most, 0.3 * before);
-    // A spring-damper yields at most by the torque that it gives over its stiffness, and a lag of its damping.
+    // The deflection of a spring-damper is at most its torque divided by its stiffness, plus the lag from its damping.
     EXPECT_LT(kp * most, 3 * torque);
     EXPECT_GT(torque, 0.5);
     std::printf("[ measured ] kp %g: %.3g rad, torque %.3g N m\n", kp, most, torque);
@@ -185,7 +185,7 @@ TEST(BaseControl, IncludedInPlanOrFailureReported) {
       }
       expect_passes(r);
       for (std::size_t g = 0; g < 2; ++g) {
-        const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+        const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
         EXPECT_LT(m.distance(), 1e-9);
         EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
       }
@@ -205,7 +205,7 @@ LoadSetup load(const std::string& body, const Vector3d& point, const Wrenchd& am
   return l;
 }
 
-// Profiles by hand.
+// Integrals of the load profiles in closed form.
 double constant_integral(double start, double end, double t) { return std::clamp(t, start, end) - start; }
 double half_sine_integral(double start, double end, double t) {
   const double T = end - start, x = std::clamp(t, start, end) - start;
@@ -253,7 +253,7 @@ TEST(Loads, PlanIncludesLoadsOnArmsAndBase) {
     }
     expect_passes(r);
     for (std::size_t g = 0; g < 2; ++g) {
-      const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+      const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
       EXPECT_LT(m.distance(), 1e-9);
       EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
     }
@@ -308,7 +308,7 @@ TEST(BaseControl, DampsBaseAfterImpact) {
   const std::size_t first = first_sample(r, "post_impact"), last = r.series.time.size() - 1;
   EXPECT_LT(norm(vector_at(r, "base/angular_velocity", last)),
             0.1 * norm(vector_at(r, "base/angular_velocity", first)));
-  // The law by hand, from the recorded motion: what it gives is what the total has got.
+  // The control law evaluated from the recorded motion: its impulse equals the change of the total angular momentum.
   const Rotationd R_WD = pose_at(r, "base", first).R;
   const auto torque = [&](std::size_t s) {
     const Rotationd R = pose_at(r, "base", s).R;
@@ -331,7 +331,7 @@ TEST(BaseControl, DampsBaseAfterImpact) {
   EXPECT_GT(cut, 50);
 }
 
-// A target that is held has its body's origin at the contact point; a force still attacks where the user put it.
+// A captured target has its body's origin at the contact point; a force still acts at the point set by the user.
 TEST(Loads, PointOfApplicationOnCapturedTarget) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     CaptureProblem p = thesis_case();

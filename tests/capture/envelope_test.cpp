@@ -1,5 +1,5 @@
-/// Which grasps close: capture envelopes, what becomes of grasps that do not, captures at the envelope. And what is
-/// watched: clearance and joint limits, against closed forms.
+/// Capture envelopes: closed grasps, missed grasps, captures at the envelope. Clearance and joint limits, against
+/// closed forms.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace envelope_test {
 using ::testing::HasSubstr;
 using Orientation = GraspSetup::Orientation;
 
-// Case 1 with a motion afterwards; both hands deviate by centimetres and move relative to their targets.
+// Case 1 with a motion afterwards; both end-effectors deviate by centimetres and move relative to their targets.
 CaptureProblem grasping() {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = 10;
@@ -41,7 +41,7 @@ TEST(Envelope, EachCriterionFailsAloneWithItsNumbers) {
     ASSERT_EQ(open.status, CaptureStatus::completed) << open.failure;
     ASSERT_TRUE(open.captured());
     EXPECT_THAT(open.grasps[0].reason, HasSubstr("no envelope"));
-    const Meeting m = meeting(p, open, 0, last_sample(open, "approach"));
+    const GraspError m = grasp_error(p, open, 0, last_sample(open, "approach"));
     const double angle = o == Orientation::free ? 0 : o == Orientation::axis ? m.axis_angle() : m.pose_angle();
     const double found[] = {m.distance(), angle, norm(m.relative_velocity()), norm(m.relative_spin())};
     const char* names[] = {"distance", "angle", "speed", "angular rate"};
@@ -88,21 +88,21 @@ TEST(Envelope, LeavesTheOthersTargetAlone) {
   ASSERT_EQ(r.impact->grasps.size(), 1u);
   EXPECT_EQ(r.impact->grasps[0].end_effector, "tip-2");
   EXPECT_GT(r.impact->grasps[0].impulse_magnitude, 1e-3);
-  // Target 1 flies on as if nothing had happened: its momentum, and its centre on a straight line.
+  // Target 1 continues in free motion: constant momentum, and its centre on a straight line.
   const std::size_t before = last_sample(r, "approach"), end = r.series.time.size() - 1;
   EXPECT_EQ(r.series.time[end], 15);
   const Vector3d mv = vector_at(r, "targets/target-1/linear_momentum", before);
   for (std::size_t s = before; s <= end; ++s) {
     EXPECT_LT(norm(vector_at(r, "targets/target-1/linear_momentum", s) - mv), 1e-13);
     const Vector3d w = vector_at(r, "targets/target-1/angular_velocity", s);
-    EXPECT_LT(norm(w - p.targets[0].V_WT.angular), 1e-11);  // a ball's inertia
+    EXPECT_LT(norm(w - p.targets[0].V_WT.angular), 1e-11);  // spherical inertia
     const Vector3d line = p.targets[0].X_WT.p + (r.series.time[s] - 10) * p.targets[0].V_WT.linear;
     EXPECT_LT(norm(vector_at(r, "targets/target-1/position", s) - line), 1e-11);
   }
   EXPECT_GT(norm(vector_at(r, "targets/target-2/linear_momentum", end) -
                  vector_at(r, "targets/target-2/linear_momentum", before)),
             1e-3);
-  // The same capture as one in which target 1 has no grasp at all.
+  // The impulse equals that of a capture in which target 1 has no grasp.
   CaptureProblem q = p;
   q.grasps.erase(q.grasps.begin());
   q.targets.erase(q.targets.begin());
@@ -126,12 +126,12 @@ TEST(Envelope, NoClosingNoImpact) {
   EXPECT_EQ(r.series.time.back(), 10);
 }
 
-// Grows or shrinks with the distance: the excess of an envelope, here.
+// Excess over the envelopes: positive outside, zero at the boundary.
 double excess(const CaptureProblem& p, const CaptureResult& r, std::size_t s) {
   double most = -1;
   for (std::size_t g = 0; g < p.grasps.size(); ++g) {
     const CaptureEnvelope& e = *p.robot.end_effectors[g].envelope;
-    const Meeting m = meeting(p, r, g, s);
+    const GraspError m = grasp_error(p, r, g, s);
     most = std::max({most, m.distance() / e.position - 1, norm(m.relative_velocity()) / e.velocity - 1});
   }
   return most;
@@ -160,13 +160,13 @@ TEST(CaptureAtEnvelope, EndsApproachAtZeroExcess) {
   EXPECT_NEAR(r.series.time.back(), r.capture_time + 5, 1e-12);
   std::printf("[ measured ] capture at %.6f s\n", r.capture_time);
 
-  // Never inside: at the end, and it is decided there.
+  // Never inside: the envelope is evaluated at the end of the approach.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 1e-7;
   const CaptureResult never = simulate_capture(p);
   EXPECT_EQ(never.status, CaptureStatus::completed);
   EXPECT_EQ(never.capture_time, 10);
   EXPECT_FALSE(never.captured() || never.impact);
-  // Inside from the start: immediately.
+  // Inside from the start: captured immediately.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 100, e.envelope->velocity = 100;
   const CaptureResult at_once = simulate_capture(p);
   EXPECT_EQ(at_once.status, CaptureStatus::completed);
@@ -235,17 +235,17 @@ TEST(Clearance, ForearmPassingTargetMatchesClosedForm) {
               least, when);
 }
 
-// The grasping link may touch its target, before and after the grasp; the link before it may not, also where the target
-// hangs on the hand by a fixed joint.
-TEST(Clearance, CapturedTargetFromLinkBeforeHand) {
+// The grasping link may touch its target before and after the grasp. The link before it may not, even if a fixed joint
+// attaches the target to the end-effector.
+TEST(Clearance, CapturedTargetFromLinkBeforeEndEffector) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
-    for (bool hand_has_shape : {true, false}) {
+    for (bool end_effector_has_shape : {true, false}) {
       CaptureProblem p = grasping();
       p.targets[0].V_WT = {{0, 0, 0.2}, {0, 0, 0}};
       for (GraspSetup& g : p.grasps) g.model = model;
       p.targets[0].geometry = {sphere(1.7)};
       p.robot.geometry = {{"arm-1-link-2", link_capsule(0.05)}};
-      if (hand_has_shape) p.robot.geometry.push_back({"arm-1-link-3", link_capsule(0.05)});
+      if (end_effector_has_shape) p.robot.geometry.push_back({"arm-1-link-3", link_capsule(0.05)});
       const CaptureResult r = simulate_capture(p);
       ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
       for (const char* phase : {"approach", "post_impact"}) {
@@ -260,7 +260,7 @@ TEST(Clearance, CapturedTargetFromLinkBeforeHand) {
         const auto found = std::find_if(r.clearance.begin(), r.clearance.end(),
                                         [&](const MinimumClearance& c) { return c.phase == phase; });
         ASSERT_NE(found, r.clearance.end());
-        EXPECT_NEAR(found->distance, least, 1e-3);  // samples against a search between them
+        EXPECT_NEAR(found->distance, least, 1e-3);  // samples against the search between samples
         EXPECT_THAT((std::vector{found->body_a, found->body_b}),
                     ::testing::UnorderedElementsAre("arm-1-link-2", "target-1"));
       }
@@ -273,7 +273,7 @@ TEST(Clearance, CapturedTargetFromLinkBeforeHand) {
 }
 
 // Shapes stay where the user put them when the target's frame moves to the contact.
-TEST(Clearance, ShapeOfCapturedTargetKeepsPlace) {
+TEST(Clearance, ShapeOfCapturedTargetStaysInPlace) {
   CaptureProblem p = grasping();
   p.targets[0].geometry = {sphere(0.1, {0.2, -0.3, 0.4})};
   p.targets[1].geometry = {sphere(0.1, {-0.1, 0.2, 0.1})};
@@ -292,8 +292,8 @@ TEST(Clearance, ShapeOfCapturedTargetKeepsPlace) {
   }
 }
 
-// A body with two shapes comes as near as two bodies on a fixed joint with one shape each: of next to no mass, so that
-// they move alike.
+// A body with two shapes has the same clearance as two bodies on a fixed joint with one shape each. The second body has
+// negligible mass, so that the motions are equal.
 TEST(Clearance, TwoShapesEqualTwoFixedBodies) {
   const Geometry bus{Geometry::Shape::box, {0.5, 0.6, 0.7}, {rotation_about({0, 0, 1}, 0.3), {-0.3, 0, 0}}};
   const Geometry panel{Geometry::Shape::box, {0.4, 1.5, 0.02}, {rotation_about({1, 0, 0}, 0.4), {-0.2, 0.6, 0.3}}};
@@ -322,7 +322,7 @@ TEST(Clearance, TwoShapesEqualTwoFixedBodies) {
     EXPECT_NEAR(a.clearance[i].distance, b.clearance[i].distance, 1e-9);
     nearest.insert({b.clearance[i].body_a, b.clearance[i].body_b});
   }
-  EXPECT_TRUE(nearest.contains("wing"));  // or the second shape would not be tested
+  EXPECT_TRUE(nearest.contains("wing"));  // otherwise the second shape is not tested
   const std::vector<double>& least = series(a, "clearance/minimum").data;
   double worst = 0;
   for (std::size_t s = 0; s < least.size(); ++s)
@@ -341,7 +341,7 @@ TEST(Limits, PositionRateAndEffortInBothPhases) {
   CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_FALSE(row(r, "joint_position_violation").applies);
-  // Limits within what the joints have done.
+  // Limits inside the joints' recorded ranges.
   const auto range = [&](const char* path, int joint, const char* phase) {
     double low = 1e9, high = -1e9;
     for (std::size_t s = first_sample(r, phase); s <= last_sample(r, phase); ++s) {
@@ -376,8 +376,8 @@ TEST(Limits, PositionRateAndEffortInBothPhases) {
   EXPECT_GE(kinds[0], 1);
   EXPECT_GE(kinds[1], 1);
   EXPECT_GE(kinds[2], 1);
-  EXPECT_EQ(kinds[3], 0);  // ideal tracking is not cut
-  // Between samples the effort may be larger.
+  EXPECT_EQ(kinds[3], 0);  // ideal tracking is not clipped
+  // The effort may be larger between samples.
   EXPECT_GE(row(limited, "joint_effort_violation").value, 0.3 / 0.7 * l3.effort * (1 - 1e-9));
   EXPECT_LE(row(limited, "joint_effort_violation").value, 0.3 / 0.7 * l3.effort * (1 + 1e-2));
   const auto [low_after, high_after] = range("joints/velocity", 1, "post_impact");
@@ -387,7 +387,7 @@ TEST(Limits, PositionRateAndEffortInBothPhases) {
   EXPECT_GE(later, 1);
   EXPECT_FALSE(limited.ledger.feasible());
   EXPECT_TRUE(limited.ledger.pass());
-  // Watching changes nothing.
+  // The checks do not change the motion.
   EXPECT_EQ(std::memcmp(series(r, "base/position").data.data(), series(limited, "base/position").data.data(),
                         series(r, "base/position").data.size() * sizeof(double)),
             0);

@@ -22,7 +22,7 @@ struct Closure {
   double position = 0, angle = 0, turned = 0;
 };
 
-// Point and axis, fixed in end-effector and in target at the contact, where each has them later.
+// Point and axis, fixed to end-effector and target at the contact, compared over all later samples.
 Closure closure(const CaptureProblem& p, const CaptureResult& r) {
   Closure worst;
   const std::size_t contact = first_sample(r, "contact");
@@ -65,7 +65,7 @@ TEST_P(Grasp, StaysClosedAndLedgerPasses) {
     turned = std::max(turned, c.turned);
     std::printf("[ measured ] closure %.3g m, %.3g rad; turned %.3g rad\n", c.position, c.angle, c.turned);
     EXPECT_EQ(r.impact->rows, 2 * row_count(GetParam()));
-    // Momentum that is not zero, through the contact: two samples at one time.
+    // Non-zero momentum is conserved through the contact: two samples at one time.
     const std::size_t s = first_sample(r, "contact");
     ASSERT_EQ(r.series.time[s], r.series.time[s + 1]);
     const Vector3d p0 = vector_at(r, "system/linear_momentum", s), p1 = vector_at(r, "system/linear_momentum", s + 1);
@@ -74,14 +74,14 @@ TEST_P(Grasp, StaysClosedAndLedgerPasses) {
     ASSERT_GT(norm(l0), 0.1);
     EXPECT_LT(norm(p1 - p0), 1e-11 * r.ledger.scale.linear_momentum);
     EXPECT_LT(norm(l1 - l0), 1e-11 * r.ledger.scale.angular_momentum);
-    // Energy falls in the impact and then stays.
+    // Energy decreases in the impact and is constant afterwards.
     EXPECT_LT(r.impact->kinetic_energy_after, r.impact->kinetic_energy_before);
     EXPECT_NEAR(value_at(r, "system/kinetic_energy", s), r.impact->kinetic_energy_before,
                 1e-14 * r.ledger.scale.energy);
     EXPECT_NEAR(value_at(r, "system/kinetic_energy", s + 1), r.impact->kinetic_energy_after,
                 1e-12 * r.ledger.scale.energy);
     EXPECT_TRUE(row(r, "energy_drift").applies);
-    // What the grasps pass on is what a point or hinge can.
+    // Point grasps transmit no moment; hinge grasps transmit none about their axis.
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
       const GraspImpulse& impulse = r.impact->grasps[g];
       if (GetParam() == GraspModel::point) {
@@ -93,7 +93,7 @@ TEST_P(Grasp, StaysClosedAndLedgerPasses) {
       }
     }
   }
-  EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // they do turn in their grasps
+  EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // the targets rotate in their grasps
 }
 
 // The target receives the opposite impulse at the same point: checked by its change of momentum.

@@ -1,5 +1,5 @@
-// Control moment gyros, wheels and thrusters in captures: arrays by a few numbers, logs that tell each actuator its
-// own, arrays near a singularity.
+// Control moment gyros, wheels and thrusters in captures: arrays defined by few numbers, logs with commands per
+// actuator, arrays near a singularity.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class Log {
  public:
   explicit Log(const std::string& text) { std::ofstream(file_) << text; }
   ~Log() { std::filesystem::remove(file_); }
-  // Driven by it after the capture, with a wheel and two thrusters besides.
+  // Overrides for a motion after the capture that the log drives, with a wheel and two thrusters added.
   std::vector<Override> overrides() const {
     return {{"robot.wheels", "[{name: w, axis: [0, 0, 1], inertia: 0.05, torque: 0.4}]"},
             {"robot.thrusters",
@@ -64,14 +64,14 @@ std::string fault_of(const std::string& text, std::vector<Override> more = {}) {
   return "";
 }
 
-// Every row holds until the next: the wheel's torque, the gimbal's rate, pulses of a thruster in every period.
+// Each row holds until the next: wheel torque, gimbal rate, thruster pulses in every period.
 TEST(ActuatorLog, CommandsEachActuator) {
   SKIP_UNDER_SANITIZERS();
   const Log log(kHead +
                 ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
                 "60.5,0,0,0,0,0,0,0.3,0.2,0.25,0\n62.5,0,0,0,0,0,0,-0.1,-0.1,0,1\n63.5,0,0,0,0,0,0,0,0,0,0\n");
   CaptureProblem problem = load_scenario(kScenario, log.overrides());
-  ASSERT_TRUE(problem.control->log && problem.control->log->tells_actuators());
+  ASSERT_TRUE(problem.control->log && problem.control->log->commands_actuators());
   EXPECT_FALSE(problem.control->base_torque);
   problem.output_interval = 0.05;
   const CaptureResult r = simulate_capture(problem);
@@ -79,14 +79,14 @@ TEST(ActuatorLog, CommandsEachActuator) {
   const Series &torque = series_of(r, "wheels/torque"), &rate = series_of(r, "gyros/rate"),
                &force = series_of(r, "thrusters/force");
   double most = 0;
-  std::size_t looked = 0;
+  std::size_t checked = 0;
   for (std::size_t i = 0; i < r.series.time.size(); ++i) {
     const double t = r.series.time[i];
     if (r.series.phases[r.series.phase[i]] != "post_impact" || std::abs(t / 0.5 - std::round(t / 0.5)) < 1e-3) continue;
-    ++looked;
-    const double told = t < 60.5 ? 0 : t < 62.5 ? 0.3 : t < 63.5 ? -0.1 : 0;
-    EXPECT_NEAR(torque.data[i], told, 1e-15) << t;
-    // The loop of the gimbal follows within some of its times of 0.05 s.
+    ++checked;
+    const double commanded = t < 60.5 ? 0 : t < 62.5 ? 0.3 : t < 63.5 ? -0.1 : 0;
+    EXPECT_NEAR(torque.data[i], commanded, 1e-15) << t;
+    // The gimbal loop settles within several of its time constants of 0.05 s.
     const double since = t - (t < 60.5 ? 60 : t < 62.5 ? 60.5 : t < 63.5 ? 62.5 : 63.5);
     const double wanted = t < 60.5 ? 0 : t < 62.5 ? 0.2 : t < 63.5 ? -0.1 : 0;
     if (since > 0.4) {
@@ -95,14 +95,14 @@ TEST(ActuatorLog, CommandsEachActuator) {
     EXPECT_NEAR(rate.data[4 * i], 0, 1e-3) << t;
     most = std::max(most, force.data[2 * i + 1]);
   }
-  EXPECT_GT(looked, 50u);
+  EXPECT_GT(checked, 50u);
   EXPECT_EQ(most, 2);
   ASSERT_TRUE(r.thrusters);
-  EXPECT_NEAR(r.thrusters->each[0].on_time, 0.25 * 2, 1e-9);  // of every period from 60.5 to 62.5 s a quarter
+  EXPECT_NEAR(r.thrusters->each[0].on_time, 0.25 * 2, 1e-9);  // a quarter of every period from 60.5 to 62.5 s
   EXPECT_EQ(r.thrusters->each[0].firings, 20);
   EXPECT_NEAR(r.thrusters->each[1].on_time, 1, 1e-9);
   EXPECT_EQ(r.thrusters->each[1].firings, 1);
-  // What came from outside is what the thrusters gave.
+  // The external impulse equals the impulse of the thrusters.
   const Series& impulse = series_of(r, "system/external_impulse");
   const std::size_t last = impulse.data.size() - 3;
   const double size = std::hypot(impulse.data[last], impulse.data[last + 1], impulse.data[last + 2]);
@@ -151,9 +151,9 @@ TEST(ActuatorArrays, ArePyramidsOrOrthogonal) {
     for (int k = 0; k < 3; ++k) capacity[k] += g.gimbal_axis[k] * g.gimbal_axis[k];
   }
   EXPECT_LT(norm(sum), 1e-15);
-  for (const double c : capacity) EXPECT_NEAR(c, 4.0 / 3, 1e-14);  // alike along all axes
+  for (const double c : capacity) EXPECT_NEAR(c, 4.0 / 3, 1e-14);  // equal along all axes
   EXPECT_EQ(pyramid[3].name, "gyro-4");
-  EXPECT_NEAR(pyramid[0].gimbal_axis[0], std::sqrt(2.0 / 3), 1e-15);  // the first leans towards x
+  EXPECT_NEAR(pyramid[0].gimbal_axis[0], std::sqrt(2.0 / 3), 1e-15);  // the first is inclined towards x
   EXPECT_NEAR(pyramid[0].spin_axis[1], 1, 1e-15);
 
   WheelArraySetup wheels;
@@ -169,7 +169,7 @@ TEST(ActuatorArrays, ArePyramidsOrOrthogonal) {
   for (int k = 0; k < 3; ++k) EXPECT_EQ(three[k].axis[k], 1);
 }
 
-// Near a singularity from the start on: said in summary and warning, and momentum is kept all the same.
+// An array that starts near a singularity: summary and warning report it, and momentum is conserved.
 TEST(GyroCapture, ReportsSingularArray) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem problem = load_scenario(
@@ -189,8 +189,8 @@ TEST(GyroCapture, ReportsSingularArray) {
               r.gyros->largest_torque_lacking);
 }
 
-// The arms alone keep the base's attitude while the gyros are not steered: the law includes that their motors hold
-// gimbals and rotors at their rates.
+// The arms alone hold the base's attitude with idle gyros: the control law includes motors that hold the gimbal and
+// rotor rates.
 TEST(GyroCapture, ArmsControlBaseWithIdleGyros) {
   SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(load_scenario(

@@ -4,17 +4,17 @@
 
 namespace grapnel::testing {
 
-CaptureProblem meeting_case(int index) {
+CaptureProblem contact_capture_case(int index) {
   LoopOptions options;
   options.target_of_arm = {0, 1};
   options.joints = 4;
   options.time = 2;
   CaptureProblem p = random_loops(options, index);
   p.name = "meeting " + std::to_string(index);
-  const CaptureResult met = simulate_impact_only(p);
+  const CaptureResult contact = simulate_impact_only(p);
   Random random(9000 + index);
   for (std::size_t i = 0; i < p.grasps.size(); ++i) {
-    const Vector3d u = met.impact->grasps[i].relative_velocity_before;
+    const Vector3d u = contact.impact->grasps[i].relative_velocity_before;
     const Vector3d oblique = (-1 / norm(u)) * u + random.vector(0.5);
     p.targets[i].grasp_points[0].normal = transpose(p.targets[i].X_WT.R) * ((1 / norm(oblique)) * oblique);
   }
@@ -22,7 +22,7 @@ CaptureProblem meeting_case(int index) {
 }
 
 CaptureProblem rebound_case(ImpactSetup::Law law, double restitution, double friction, int index) {
-  CaptureProblem p = meeting_case(index);
+  CaptureProblem p = contact_capture_case(index);
   p.impact->law = law;
   p.impact->restitution = restitution;
   p.impact->friction = friction;
@@ -31,7 +31,7 @@ CaptureProblem rebound_case(ImpactSetup::Law law, double restitution, double fri
 }
 
 CaptureProblem yielding_case(double linear_stiffness, int index) {
-  CaptureProblem p = meeting_case(index);
+  CaptureProblem p = contact_capture_case(index);
   p.impact->law = ImpactSetup::Law::compliant;
   GraspComplianceSetup& g = p.impact->grasp;
   g.linear_stiffness = linear_stiffness;
@@ -43,10 +43,10 @@ CaptureProblem yielding_case(double linear_stiffness, int index) {
 
 Twistd relative_twist_at(const CaptureProblem& p, const CaptureResult& r, std::size_t grasp, std::size_t sample) {
   const GraspSetup& g = p.grasps.at(grasp);
-  const Twistd hand = twist_at(r, "end_effectors/" + g.end_effector, sample);
+  const Twistd end_effector = twist_at(r, "end_effectors/" + g.end_effector, sample);
   const Vector3d at = vector_at(r, "end_effectors/" + g.end_effector + "/position", sample);
   const Twistd target = twist_at(r, "targets/" + g.target, sample);
-  return hand - shift(target, at - vector_at(r, "targets/" + g.target + "/position", sample));
+  return end_effector - shift(target, at - vector_at(r, "targets/" + g.target + "/position", sample));
 }
 
 double momentum_jump(const CaptureResult& r, std::size_t before, std::size_t after) {

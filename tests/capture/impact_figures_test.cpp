@@ -1,5 +1,5 @@
-/// What results say about an impact beside its impulses: loads against ratings, measures, sensitivities, and all of it
-/// in summary.json.
+/// Impact results besides the impulses: loads against ratings, measures, sensitivities, and their entries in
+/// summary.json.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace impact_figures_test {
 
 using Law = ImpactSetup::Law;
 
-// Ratings of everything, of the size of the loads.
+// Ratings of all joints and end-effectors, comparable to the loads.
 void rate(CaptureProblem& p) {
   for (const BodyDescription& b : p.robot.bodies) {
     if (b.joint.type != JointType::revolute) continue;
@@ -28,12 +28,12 @@ void rate(CaptureProblem& p) {
 CaptureProblem rated(Law law, int index) {
   CaptureProblem p = rebound_case(law, 0.4, 0.3, index);
   for (GraspSetup& g : p.grasps) g.contact = law == Law::friction || law == Law::restitution;
-  p.impact->joints = ImpactSetup::Joints::driven;  // so that something drives
+  p.impact->joints = ImpactSetup::Joints::driven;  // for non-zero drive loads
   rate(p);
   return p;
 }
 
-// All of the motion before the impact, times a factor.
+// Scales all velocities before the impact by a factor.
 CaptureProblem faster(CaptureProblem p, double factor) {
   p.V_WB = Twistd{factor * p.V_WB->angular, factor * p.V_WB->linear};
   for (double& rate : p.joint_rate) rate *= factor;
@@ -121,9 +121,9 @@ TEST(Margins, CompliantImpactUsesPeaks) {
 }
 
 TEST(Margins, UnlimitedWithoutLoadAndValidJson) {
-  CaptureProblem p = meeting_case(1);
+  CaptureProblem p = contact_capture_case(1);
   p.robot.end_effectors[0].rating.moment = 5;
-  p.grasps[0].model = GraspModel::point;  // passes on no moment
+  p.grasps[0].model = GraspModel::point;  // transmits no moment
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.impact->margins.size(), 1u);
   EXPECT_EQ(r.impact->margins[0].load, 0);
@@ -169,11 +169,11 @@ TEST(Measures, InSummaryForEveryLaw) {
   }
 }
 
-// The inverse inertia of the pair is what relates impulse and relative velocity, where one arm meets alone.
-TEST(Measures, InverseInertiaGivesTheImpulse) {
+// For a single arm, the inverse inertia of the pair relates impulse and relative velocity.
+TEST(Measures, ImpulseFollowsFromInverseInertia) {
   Worst off("W P + u");
   for (int i = 0; i < 4; ++i) {
-    CaptureProblem p = meeting_case(i);
+    CaptureProblem p = contact_capture_case(i);
     p.grasps.pop_back(), p.targets.pop_back();
     const CaptureResult r = simulate_impact_only(p);
     const GraspImpulse& g = r.impact->grasps[0];
@@ -189,7 +189,7 @@ TEST(Measures, InverseInertiaGivesTheImpulse) {
       worst = std::max(worst, std::abs(sum));
     }
     EXPECT_LT(off.note(worst, i), 1e-12);  // measured 2e-15
-    // The base's response, likewise.
+    // The base response relates the impulse and the base's velocity change.
     const std::vector<double>& B = r.impact->measures->base_response.at(0);
     for (std::size_t row = 0; row < 6; ++row) {
       double sum = row < 3 ? r.impact->base_angular_velocity_change[static_cast<int>(row)]
@@ -203,9 +203,9 @@ TEST(Measures, InverseInertiaGivesTheImpulse) {
   }
 }
 
-// Nothing moves against anything: there is no line of impulse to miss by.
+// Without relative motion there is no line of impulse, hence no miss distance.
 TEST(Measures, NullWithoutImpulse) {
-  CaptureProblem p = faster(meeting_case(1), 0);
+  CaptureProblem p = faster(contact_capture_case(1), 0);
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_EQ(norm(r.impact->grasps[0].impulse), 0);
@@ -216,9 +216,9 @@ TEST(Measures, NullWithoutImpulse) {
   std::printf("[ measured ] miss of no impulse: %s\n", miss.dump().c_str());
 }
 
-// The target's mass, by finite differences of whole runs.
+// Sensitivity to the target's mass, against finite differences of whole runs.
 TEST(Sensitivities, PredictRunWithOtherMass) {
-  CaptureProblem p = meeting_case(3);
+  CaptureProblem p = contact_capture_case(3);
   const CaptureResult r = simulate_impact_only(p);
   const ImpactSensitivity* mass = nullptr;
   for (const ImpactSensitivity& s : r.impact->sensitivities) {

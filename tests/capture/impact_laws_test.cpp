@@ -22,7 +22,7 @@ double normal_speed(const CaptureProblem& p, const CaptureResult& r, std::size_t
   return dot(R_WT * *p.targets[grasp].grasp_points[0].normal, relative_twist_at(p, r, grasp, sample).linear);
 }
 
-// Momenta of a target about its centre of mass and its linear one do not change from sample to sample: it is free.
+// Largest relative change of the targets' linear momenta from sample `from` on: zero for free targets.
 double targets_pushed(const CaptureProblem& p, const CaptureResult& r, std::size_t from) {
   double most = 0;
   for (const TargetSetup& t : p.targets) {
@@ -47,7 +47,7 @@ TEST(Restitution, NormalVelocityReboundsAndTargetIsFree) {
     const std::size_t s = first_sample(r, "contact"), after = first_sample(r, "post_impact");
     const double before = normal_speed(p, r, 0, s);
     ASSERT_LT(before, -1e-3);
-    // Without friction and with one contact all hypotheses are the same.
+    // Without friction and with one contact, all restitution hypotheses agree.
     EXPECT_LT(rebound.note(std::abs(normal_speed(p, r, 0, s + 1) + e * before) / -before, i), 1e-11);  // 2e-15
     EXPECT_LT(momentum.note(momentum_jump(r, s, s + 1), i), 1e-13);                                    // measured 4e-16
     EXPECT_LT(pushed.note(targets_pushed(p, r, after), i), 1e-12);                                     // measured 2e-15
@@ -137,7 +137,7 @@ TEST(BilateralRestitution, RelativeTwistReboundsAndGraspOpens) {
   Worst twist("twist"), energy("energy");
   for (int i = 0; i < 6; ++i) {
     SCOPED_TRACE(seed_note(i));
-    CaptureProblem p = meeting_case(i);
+    CaptureProblem p = contact_capture_case(i);
     p.impact->law = Law::bilateral_restitution;
     p.impact->restitution = 0.6, p.impact->angular_restitution = 0.25;
     const CaptureResult r = simulate_capture(p);
@@ -161,7 +161,7 @@ TEST(BilateralRestitution, RelativeTwistReboundsAndGraspOpens) {
 }
 
 TEST(BilateralRestitution, ZeroEqualsPlasticExceptGrasp) {
-  CaptureProblem p = meeting_case(2);
+  CaptureProblem p = contact_capture_case(2);
   const CaptureResult plastic = simulate_capture(p);
   p.impact->law = Law::bilateral_restitution;
   const CaptureResult r = simulate_capture(p);
@@ -172,7 +172,7 @@ TEST(BilateralRestitution, ZeroEqualsPlasticExceptGrasp) {
   EXPECT_FALSE(r.grasps[0].captured);
 }
 
-// Two hands of few joints on one target: some rows are redundant.
+// Two arms of few joints on one target: some rows are redundant.
 TEST(BilateralRestitution, InfeasibleCoefficientsNameRows) {
   LoopOptions options;
   options.joints = 1;
@@ -201,7 +201,7 @@ TEST(GraspsAndContacts, GraspsPrecedeSimultaneousContacts) {
   EXPECT_EQ(r.impact->time, r.later_impacts[0].time);
   const ImpactReport& rebound = r.later_impacts[0];
   EXPECT_EQ(rebound.law, "friction");
-  ASSERT_EQ(rebound.grasps.size(), 2u);  // the grasp passes on what the contact brings
+  ASSERT_EQ(rebound.grasps.size(), 2u);  // the grasp transmits the contact's impulse
   EXPECT_FALSE(rebound.grasps[0].rebound);
   ASSERT_TRUE(rebound.grasps[1].rebound);
   EXPECT_GT(norm(rebound.grasps[0].impulse), 1e-4);
@@ -233,7 +233,7 @@ TEST(GraspsAndContacts, LaterContactWhileGraspHolds) {
   }
 }
 
-// The same target is grasped by one hand and touched by the other.
+// One end-effector grasps the target, the other touches it.
 TEST(GraspsAndContacts, OnOneTarget) {
   LoopOptions options;
   options.joints = 6;
@@ -274,7 +274,7 @@ TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
         ASSERT_NE(before, 0);
         EXPECT_NEAR(after, joints == Joints::braked ? 0 : before, 1e-14);
         const HeldJoint& held = r.impact->held_joints[j];
-        // The report goes joint by joint of the whole: what drives it is what brake or drive gave.
+        // The report lists every joint: the impulse along its axis is that of the brake or drive.
         const auto joint = std::find_if(r.impact->joints.begin(), r.impact->joints.end(),
                                         [&](const JointImpulse& of) { return of.joint == held.joint; });
         ASSERT_NE(joint, r.impact->joints.end());
@@ -291,7 +291,8 @@ TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
           work += 0.5 * (dot(g.impulse, u.linear + v.linear) + dot(g.angular_impulse, u.angular + v.angular));
         }
       }
-      // Brakes stop the arms before contacts are worked on: what their stopping takes from the contact is in neither.
+      // Brakes stop the arms before the contacts are solved: neither work term includes the effect of braking on the
+      // contact.
       if (law != Law::friction || joints == Joints::driven) {
         EXPECT_NEAR(r.impact->kinetic_energy_after - r.impact->kinetic_energy_before, work, 1e-11);
       }
@@ -300,16 +301,17 @@ TEST(JointsDuring, BrakedAndDrivenRatesAndLedger) {
   }
 }
 
-// Closed form: with all joints braked the servicer is one rigid body, and the plastic impact of two rigid bodies has a
-// formula.
+// Closed form: with all joints braked the servicer is one rigid body, and the plastic impact is that of two rigid
+// bodies.
 TEST(JointsDuring, BrakedEqualsRigidBodies) {
-  CaptureProblem p = meeting_case(3);
+  CaptureProblem p = contact_capture_case(3);
   p.grasps.pop_back(), p.targets.pop_back();
   p.impact->joints = Joints::braked;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   const std::size_t s = first_sample(r, "contact");
-  // Afterwards all is one rigid body: its angular velocity from the total inertia and the angular momentum before.
+  // Afterwards the system is one rigid body: its angular velocity follows from the total inertia and the angular
+  // momentum before.
   const Vector3d w = vector_at(r, "base/angular_velocity", s + 1);
   EXPECT_LT(norm(w - vector_at(r, "targets/target0/angular_velocity", s + 1)), 1e-13);
   const CaptureSystem system = make_capture_system(p);
@@ -330,9 +332,9 @@ TEST(JointsDuring, BrakedEqualsRigidBodies) {
   EXPECT_LT(norm(expected - l), 1e-11 * norm(l));
 }
 
-// Infinitely heavy rotors keep the joints' rates: `driven` is that limit.
+// `driven` is the limit of infinitely heavy rotors, which keep the joints' rates.
 TEST(JointsDuring, HeavyRotorsConvergeToDriven) {
-  CaptureProblem p = meeting_case(4);
+  CaptureProblem p = contact_capture_case(4);
   for (double& rate : p.joint_rate) rate = 0;
   p.impact->joints = Joints::driven;
   const CaptureResult driven = simulate_impact_only(p);

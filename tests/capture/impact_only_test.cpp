@@ -1,4 +1,4 @@
-/// The impact alone against that of the whole capture.
+/// Impact-only runs against the impact of the whole capture.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace impact_only_test {
 
-// Everything of the impact that both have; relative to the largest impulse.
+// Largest difference between two impact reports; impulses are relative to the largest impulse.
 double difference(const ImpactReport& a, const ImpactReport& b) {
   double size = 1e-300, most = 0;
   for (const GraspImpulse& g : a.grasps) size = std::max({size, norm(g.impulse), norm(g.angular_impulse)});
@@ -72,7 +72,7 @@ TEST(ImpactOnly, OfRandomCapturesWithLoadsAndFixedBases) {
     SCOPED_TRACE(seed_note(i));
     CaptureProblem p = random_capture(i);
     p.approach->tracking = {};
-    if (i % 3 == 1) {  // what comes from outside
+    if (i % 3 == 1) {  // external loads
       LoadSetup push;
       push.body = "b0", push.frame = i % 2 == 0 ? LoadFrame::body : LoadFrame::world,
       push.amplitude = {{1, -2, 3}, {4, 2, -5}};
@@ -112,7 +112,7 @@ TEST(ImpactOnly, OfSampledMotionsAndEveryLaw) {
       EXPECT_LT(worst.note(difference(*whole.impact, *alone.impact), static_cast<int>(law)), 1e-9);
       continue;
     }
-    // Steps differ with the last digits, and so does the step after which the grasps count as at rest: to
+    // Step sizes differ in the last digits, and with them the step at which the grasps settle: within
     // sqrt(impact.settled) of the relative motion.
     EXPECT_LT(difference(*whole.impact, *alone.impact), 1e-3);
     for (std::size_t k = 0; k < 2; ++k) {

@@ -1,4 +1,4 @@
-/// Infeasible plans fail quickly with the reason: bench/plan_bench.cpp has the times.
+/// Infeasible plans fail quickly with the reason; bench/plan_bench.cpp measures the times.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@
 
 namespace grapnel::testing {
 
-/// What planning says and how much work it took, with the search for the time of capture where there is a window.
+/// Result and cost of planning, including the search for the capture time if there is a window.
 struct PlanAnswer {
   std::string failure;
   bool found;
@@ -34,13 +34,13 @@ inline PlanAnswer answer(const CaptureProblem& problem) {
 struct ImpossiblePlan {
   std::string name;
   std::string scenario;  // in scenarios/, without .yaml
-  std::function<void(CaptureProblem&)> ask;
-  std::string reason;  // part of the answer
-  double work = 0;     // until it comes: as measured, in thousands of evaluations times joints
+  std::function<void(CaptureProblem&)> demand;
+  std::string reason;  // part of the error message
+  double work = 0;     // measured cost of the failure, in thousands of evaluations times joints
 
   CaptureProblem problem() const {
     CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/" + scenario + ".yaml");
-    ask(p);
+    demand(p);
     return p;
   }
 };
@@ -54,9 +54,9 @@ inline Rotationd frame_with_z(const Vector3d& z) {
   return Rotationd{{{x[0], y[0], z[0]}, {x[1], y[1], z[1]}, {x[2], y[2], z[2]}}};
 }
 
-inline PlanSetup& on_the_way(CaptureProblem& p) {
+inline PlanSetup& limit_approach(CaptureProblem& p) {
   PlanSetup& plan = *p.approach->plan;
-  plan.limits = PlanSetup::Limits::on_the_way;
+  plan.limits = PlanSetup::Limits::during_approach;
   plan.knots = 0;
   return plan;
 }
@@ -64,62 +64,64 @@ inline PlanSetup& on_the_way(CaptureProblem& p) {
 /// Infeasible constraints: the final straight approach, limits, distances, the base's rotation, obstacles, reach,
 /// times. For arms of seven joints, two, two at one target, three, six, and one.
 inline std::vector<ImpossiblePlan> impossible_plans() {
-  using Ask = std::function<void(CaptureProblem&)>;
-  const auto rates = [](double limit) -> Ask {
+  using Demand = std::function<void(CaptureProblem&)>;
+  const auto rates = [](double limit) -> Demand {
     return [limit](CaptureProblem& p) {
-      on_the_way(p);
+      limit_approach(p);
       for (BodyDescription& body : p.robot.bodies) body.joint.limits.rate = limit;
     };
   };
-  const auto efforts = [](double limit) -> Ask {
+  const auto efforts = [](double limit) -> Demand {
     return [limit](CaptureProblem& p) {
-      on_the_way(p);
+      limit_approach(p);
       for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = limit;
     };
   };
-  const auto positions = [](double share) -> Ask {
+  const auto positions = [](double share) -> Demand {
     return [share](CaptureProblem& p) {
-      on_the_way(p);
+      limit_approach(p);
       for (BodyDescription& body : p.robot.bodies) body.joint.limits.lower *= share, body.joint.limits.upper *= share;
     };
   };
-  // A final straight approach so short, or so fast at the end, that joint rates do not suffice; the approach before it
-  // is unchanged.
-  const auto in_short = [](double duration) -> Ask {
+  // A final straight approach that is too short, or too fast at its end, for the joint rates; the approach before it is
+  // unchanged.
+  const auto in_short = [](double duration) -> Demand {
     return [duration](CaptureProblem& p) {
-      on_the_way(p);
+      limit_approach(p);
       p.approach->duration += duration - p.approach->straight_in->duration;
       p.approach->straight_in->duration = duration;
     };
   };
-  const auto in_fast = [](double speed) -> Ask {
-    return [speed](CaptureProblem& p) { on_the_way(p), p.approach->straight_in->final_speed = speed; };
+  const auto in_fast = [](double speed) -> Demand {
+    return [speed](CaptureProblem& p) { limit_approach(p), p.approach->straight_in->final_speed = speed; };
   };
-  const auto clearance = [](double distance) -> Ask {
-    return [distance](CaptureProblem& p) { on_the_way(p).clearance = distance; };
+  const auto clearance = [](double distance) -> Demand {
+    return [distance](CaptureProblem& p) { limit_approach(p).clearance = distance; };
   };
-  const auto turn = [](double angle) -> Ask { return [angle](CaptureProblem& p) { on_the_way(p).base_turn = angle; }; };
-  const auto away = [](double distance) -> Ask {
+  const auto turn = [](double angle) -> Demand {
+    return [angle](CaptureProblem& p) { limit_approach(p).base_turn = angle; };
+  };
+  const auto away = [](double distance) -> Demand {
     return [distance](CaptureProblem& p) { p.targets[0].X_WT.p += Vector3d{distance, 0, 0}; };
   };
   const char *two = "dual-arm-tumbling-targets", *both = "dual-arm-satellite-handles", *three = "triple-arm-satellite",
              *six = "six-arm-servicer", *one = "heavy-satellite-flat-spin", *planar = "first-plan",
              *quiet = "quiet-approach", *window = "tumbling-window";
-  const auto with_splines = [](Ask ask) -> Ask {
-    return [ask](CaptureProblem& p) { ask(p), p.approach->plan->knots.reset(); };
+  const auto with_splines = [](Demand demand) -> Demand {
+    return [demand](CaptureProblem& p) { demand(p), p.approach->plan->knots.reset(); };
   };
-  const auto without_straight_in = [](Ask ask) -> Ask {
-    return [ask](CaptureProblem& p) { p.approach->straight_in.reset(), ask(p); };
+  const auto without_straight_in = [](Demand demand) -> Demand {
+    return [demand](CaptureProblem& p) { p.approach->straight_in.reset(), demand(p); };
   };
-  // A wall between the servicer and the first target's grasp point, so wide that no arm gets round it.
-  const auto wall = [](double before) -> Ask {
+  // A wall between the servicer and the first target's grasp point, too wide for any arm to reach around it.
+  const auto wall = [](double before) -> Demand {
     return [=](CaptureProblem& p) {
-      on_the_way(p).clearance = 0.02, p.approach->plan->near_grasp = 0.3;
+      limit_approach(p).clearance = 0.02, p.approach->plan->near_grasp = 0.3;
       const GraspSetup& grasp = p.grasps[0];
       const TargetSetup& target = target_of(p, grasp);
       const TargetMotion at = plan_targets(p).capture[static_cast<std::size_t>(&target - p.targets.data())];
-      const Vector3d point = at.X_WT * grasp_point_of(p, grasp).X_TG.p, way = point - p.X_WB.p;
-      const Vector3d along = (1 / norm(way)) * way;
+      const Vector3d point = at.X_WT * grasp_point_of(p, grasp).X_TG.p, offset = point - p.X_WB.p;
+      const Vector3d along = (1 / norm(offset)) * offset;
       TargetSetup& behind = p.targets[static_cast<std::size_t>(&target - p.targets.data())];
       Geometry plate{Geometry::Shape::box, {6, 6, 0.02}};
       plate.X_BG = inverse(at.X_WT) * Posed{frame_with_z(along), point - before * along};

@@ -1,4 +1,4 @@
-/// What joints pass on: at an instant against inverse dynamics, over an impact against its impulses.
+/// Joint wrenches: at an instant against inverse dynamics, over an impact against its impulses.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ TEST(JointWrenches, MatchInverseDynamics) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.most_bodies = 14;
+    options.max_bodies = 14;
     const Model model = random_model(options, random);
     const State state = random_state(model, random);
     Forces forces = random_forces(model, state, random);
@@ -37,7 +37,7 @@ TEST(JointWrenches, MatchInverseDynamics) {
       const Vector3d axis = k.X_WB[body].R * b.description.joint.axis;
       const Wrenchd& F = through[body];
       const bool slides = b.description.joint.type == JointType::prismatic;
-      // The rotor is beyond the joint's wrench, on the drive's side.
+      // The joint's wrench excludes the rotor, which is on the drive's side.
       const double rotor = b.description.joint.reflected_inertia() * vdot[b.v];
       EXPECT_LT(driving.note(std::abs(dot(axis, slides ? F.linear : F.angular) + rotor - tau[b.v]) / scale, i),
                 1e-12);  // 4e-15
@@ -45,14 +45,14 @@ TEST(JointWrenches, MatchInverseDynamics) {
   }
 }
 
-// The shorter the impact, the nearer what joints passed on is to what an impact without duration has.
+// The shorter the impact, the closer the joint impulses are to those of an instantaneous impact.
 TEST(JointWrenches, ShortImpactMatchesImpulses) {
   double previous = 0;
   for (double stiffness : {1e7, 1e9}) {
     CaptureProblem p = yielding_case(stiffness, 1);
     const CaptureResult r = simulate_impact_only(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-    // Peaks bound means; the impulse over the duration is a mean.
+    // The peak force is at least the mean force, which is the impulse divided by the duration.
     for (const JointImpulse& j : r.impact->joints) {
       EXPECT_GE(j.peak_force * r.impact->duration, norm(j.impulse));
       EXPECT_GT(j.peak_moment, 0);

@@ -1,5 +1,4 @@
-/// Conservation checks of whole runs where a quantity vanishes or is small, where much is exchanged, and where motion
-/// is wrong.
+/// Conservation checks of whole runs: vanishing or small quantities, large exchanges, and wrong motion.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +43,7 @@ std::string jitter(const std::string& force, const std::string& rest) {
          force + "], torque: [0, " + force + ", 0], time: {shape: sine, frequency: 50}}]\n" + rest;
 }
 const std::string kHeldPanel = "initial: {joints: {h: 0.3}}\napproach: {duration: 4, final_joints: {h: 0.3}}\n";
-// After an impact with what is at rest beside it; `speed` of the target relative to it [m/s].
+// Motion after an impact with a target beside the panel; `speed` of the target relative to the robot [m/s].
 std::string loose_panel(const std::string& speed) {
   return "initial: {joints: {h: 0.3}}\ntargets: [{name: t, mass: 20, inertia: [2, 2, 2], state: {position: [1.85, "
          "0.35, 0], velocity: [0, " +
@@ -158,7 +157,7 @@ void PrintTo(const Wrong& value, std::ostream* out) { *out << value.name; }
 
 class WrongMotion : public ::testing::TestWithParam<Wrong> {};
 
-// The same motions with steps of rk4 that are too long for them. `row` exceeds its bound at least by a factor of three.
+// The same motions with rk4 steps that are too long. `row` exceeds its bound by at least a factor of three.
 TEST_P(WrongMotion, Fails) {
   const CaptureResult r = run(GetParam().text);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;

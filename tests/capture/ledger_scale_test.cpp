@@ -1,4 +1,4 @@
-/// The scales of the conservation checks: positive, in the proportions of the units, and no larger than they need be.
+/// The scales of the conservation checks: positive, in proportion to the units, and no larger than necessary.
 
 #include <gtest/gtest.h>
 
@@ -23,10 +23,10 @@ TEST(LedgerScale, OrdinaryMotionScalesWithItsSize) {
 
 TEST(LedgerScale, GroupAtRestHasFloor) {
   const GroupScale<double> scale = ledger_scale({0, 0, 0}, {}, kReach, kRun);
-  EXPECT_NEAR(scale.linear, 100 * 3e-2 * 0.5 * 0.01, 1e-15);  // three hundredths of its radius in the run
+  EXPECT_NEAR(scale.linear, 100 * 3e-2 * 0.5 * 0.01, 1e-15);  // 0.03 radii in the run
   EXPECT_NEAR(scale.angular, 0.5 * scale.linear, 1e-15);
   EXPECT_NEAR(scale.energy, 0.5 * scale.linear * scale.linear / 100, 1e-18);
-  // An impact alone takes no time: the speeds of the run are left.
+  // An impact alone has no duration: the scales use the speed of the run.
   const GroupScale<double> at_once = ledger_scale({0, 0, 0}, {}, kReach, {0, 0.1});
   EXPECT_GT(at_once.linear, 0);
   EXPECT_GT(at_once.angular, 0);
@@ -40,7 +40,7 @@ TEST(LedgerScale, IncludesExchange) {
   EXPECT_NEAR(scale.energy, 0.5 + 10, 1e-12);
 }
 
-// A force through the centre of mass of what has come far exchanges no angular momentum, but has a rounded arm.
+// A force through the centre of mass of a distant group exchanges no angular momentum, but its arm has rounding error.
 TEST(LedgerScale, IncludesPositionRounding) {
   const GroupReach far{100, 0.5, 5000};
   const double angular = ledger_scale({1000, 0, 0}, {1000, 0, 0}, far, kRun).angular;
@@ -48,7 +48,7 @@ TEST(LedgerScale, IncludesPositionRounding) {
   EXPECT_LT(1e-11 * angular, 20 * 2.2e-16 * 5000 * 1000);
 }
 
-// Units of mass, length and time scale what is measured and what it is measured against alike.
+// Units of mass, length and time scale measured values and their reference scales equally.
 TEST(LedgerScale, FollowsUnits) {
   const TreeExchange exchanged{30, 20, 4};
   const GroupScale<double> scale = ledger_scale(kMotion, exchanged, kReach, kRun);

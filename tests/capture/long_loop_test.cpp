@@ -1,4 +1,4 @@
-/// Closed loops for an hour: what must stay does.
+/// Closed loops for one hour: conserved quantities and loop closures stay constant.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ void expect_an_hour(const CaptureProblem& p) {
   EXPECT_LE(row(r, "linear_momentum_drift").value, 1e-11);   // measured 3.8e-15
   EXPECT_LE(row(r, "angular_momentum_drift").value, 1e-11);  // measured 1.6e-13
   EXPECT_LE(row(r, "energy_drift").value, 1e-10);            // measured 2.4e-11
-  EXPECT_LE(row(r, "loop_closure_position").value, 1e-12);   // measured 1.9e-13, some 100 m away
+  EXPECT_LE(row(r, "loop_closure_position").value, 1e-12);   // measured 1.9e-13, about 100 m away
   EXPECT_LE(row(r, "unprojected_defect").value, 1e-10);      // measured 7.8e-13
   const Opening o = opening(p, r, "post_impact");
   EXPECT_LT(o.position, 1e-12);

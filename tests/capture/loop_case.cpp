@@ -45,7 +45,7 @@ void add_arm(CaptureProblem& p, int arm, int arms, int joints, Random& random) {
   p.robot.end_effectors.push_back({{"hand" + n, parent, {random.rotation(), {0, 0, 0.4}}}});
 }
 
-Vector3d hand_position(const CaptureProblem& p, std::size_t arm) {
+Vector3d end_effector_position(const CaptureProblem& p, std::size_t arm) {
   const CaptureSystem robot = make_servicer(p);
   const Kinematics k = forward_kinematics(robot.model, initial_servicer_state(p, robot));
   return frame_pose(robot.model, k, robot.end_effectors[arm]).p;
@@ -55,7 +55,7 @@ bool may_be_nan(const std::string& path) {
   return path.find("/reference_") != std::string::npos || path.find("/reaction_") != std::string::npos;
 }
 
-// Eighth order.
+// Central difference of order 8.
 template <class Value>
 auto derivative(const Value& value, std::size_t s, double h) {
   constexpr std::array<double, 4> c{4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
@@ -108,7 +108,7 @@ CaptureProblem random_loops(const LoopOptions& options, int index) {
     double holders = 0;
     for (int arm = 0; arm < arms; ++arm) {
       if (options.target_of_arm[static_cast<std::size_t>(arm)] != t) continue;
-      mean = mean + hand_position(p, static_cast<std::size_t>(arm)), holders += 1;
+      mean = mean + end_effector_position(p, static_cast<std::size_t>(arm)), holders += 1;
       const std::string n = std::to_string(arm);
       target.grasp_points.push_back({"point" + n, {random.rotation(), random.vector(0.4)}});
       const GraspModel model =
@@ -134,14 +134,14 @@ CaptureProblem scenario(const std::string& path) {
 
 Opening opening(const CaptureProblem& p, const CaptureResult& r, std::size_t grasp, std::size_t from, std::size_t to) {
   const GraspSetup& g = p.grasps.at(grasp);
-  const auto hand = [&](std::size_t s) { return pose_at(r, "end_effectors/" + g.end_effector, s); };
+  const auto end_effector = [&](std::size_t s) { return pose_at(r, "end_effectors/" + g.end_effector, s); };
   const auto target = [&](std::size_t s) { return pose_at(r, "targets/" + g.target, s); };
-  const Vector3d point = inverse(target(from)) * hand(from).p;
-  const Vector3d axis = transposed_times(target(from).R, hand(from).R * g.hinge_axis);
-  const Rotationd relative = transpose(target(from).R) * hand(from).R;
+  const Vector3d point = inverse(target(from)) * end_effector(from).p;
+  const Vector3d axis = transposed_times(target(from).R, end_effector(from).R * g.hinge_axis);
+  const Rotationd relative = transpose(target(from).R) * end_effector(from).R;
   Opening worst;
   for (std::size_t s = from; s <= to; ++s) {
-    const Posed E = hand(s), T = target(s);
+    const Posed E = end_effector(s), T = target(s);
     worst.position = std::max(worst.position, norm(E.p - T * point));
     worst.turned = std::max(worst.turned, rotation_angle(transpose(relative) * (transpose(T.R) * E.R)));
     if (g.model == GraspModel::hinge) worst.angle = std::max(worst.angle, norm(cross(E.R * g.hinge_axis, T.R * axis)));
@@ -198,8 +198,8 @@ WrenchErrors wrench_errors(const CaptureProblem& p, const CaptureResult& r, cons
       const Wrenchd W{vector_at(r, "grasps/" + g.end_effector + "/moment", s),
                       vector_at(r, "grasps/" + g.end_effector + "/force", s)};
       const Vector3d at = vector_at(r, "end_effectors/" + g.end_effector + "/position", s);
-      const Frame& hand = robot.model.frames()[robot.model.frame_index(g.end_effector)];
-      forces.external.push_back({hand.body, at, W});
+      const Frame& end_effector = robot.model.frames()[robot.model.frame_index(g.end_effector)];
+      forces.external.push_back({end_effector.body, at, W});
       for (std::size_t t = 0; t < p.targets.size(); ++t) {
         if (p.targets[t].name == g.target) F[t] = F[t] - W.linear, M[t] = M[t] - W.angular - cross(at, W.linear);
       }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Several arms on one target, and what the results of such captures must say.
+/// Several arms on one target, and checks of the results of such captures.
 
 #include "capture/recorded.hpp"
 
@@ -15,16 +15,16 @@ struct LoopOptions {
   double time = 10;                      // after the impact [s]
 };
 
-/// A base of 300 kg with arms of links of 0.45 m whose hands ("hand0", …) are near their targets ("target0", …):
-/// tumbling, triaxial, centres of mass off their frames. No approach: grasps close at t = 0, welded as found, by a
-/// plastic impact; joints are free afterwards. Everything moves from the start.
+/// A base of 300 kg with arms of links of 0.45 m. Their end-effectors ("hand0", …) are near their targets ("target0",
+/// …), which tumble, triaxial, centres of mass off their frames. No approach: grasps close at t = 0, welded as found,
+/// by a plastic impact; joints are free afterwards. All bodies move from the start.
 CaptureProblem random_loops(const LoopOptions& options, int index);
 
 /// A scenario of the repository, by its path under scenarios/.
 CaptureProblem scenario(const std::string& path);
 
-/// The grasp of hand and target is constant over all samples from `from` to `to`, by the recorded poses: violations of
-/// the grasp's constraints [m, rad], and the relative rotation of hand and target.
+/// Opening of a grasp over all samples from `from` to `to`, by the recorded poses: violations of the grasp's
+/// constraints [m, rad], and the relative rotation of end-effector and target.
 struct Opening {
   double position = 0, angle = 0, turned = 0;
 };
@@ -33,19 +33,19 @@ Opening opening(const CaptureProblem& problem, const CaptureResult& result, std:
 /// The largest over the grasps, in one phase.
 Opening opening(const CaptureProblem& problem, const CaptureResult& result, const std::string& phase);
 
-/// No number of series (but what joints that follow nothing are to follow), ledger and impacts is NaN or infinite.
+/// Expects finite numbers in series (except for the references of joints without a reference), ledger and impacts.
 void expect_finite(const CaptureResult& result);
 
-/// Differences between a grasp's forces and the motions recorded, relative to the largest force and moment of the
+/// Differences between the grasps' forces and the recorded motion, relative to the largest force and moment of the
 /// phase. By central differences of order 8 over the samples, at every fifth sample.
 struct WrenchErrors {
-  double linear = 0, angular = 0;  // the targets' momenta against what their grasps pass on (and gravity)
-  double base = 0, joints = 0;     // inverse dynamics of the robot alone: forces left on the base; joint efforts
+  double linear = 0, angular = 0;  // the targets' momenta against their grasps' wrenches and gravity
+  double base = 0, joints = 0;     // inverse dynamics of the robot alone: residual forces on the base; joint efforts
   double largest_force = 0;
 };
 WrenchErrors wrench_errors(const CaptureProblem& problem, const CaptureResult& result, const std::string& phase);
 
-/// The motion that the impulse or wrench P at p would give the free target, J_t M_t^-1 J_t^T P, as its twist at p.
+/// Twist at p of the free target under the impulse or wrench P at p: J_t M_t^-1 J_t^T P.
 Twistd mobility(const TargetSetup& target, const Posed& X_WT, const Vector3d& p_W, const Vector3d& moment,
                 const Vector3d& force);
 

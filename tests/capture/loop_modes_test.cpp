@@ -1,4 +1,4 @@
-/// Closed loops with brakes, motors, gravity, loads, other bases, and what their grasps carry.
+/// Closed loops with brakes, motors, gravity, loads and other bases, and the wrenches of their grasps.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ LoadSetup push(const std::string& body, const Wrenchd& amplitude) {
   return load;
 }
 
-// Samples that wrench_errors() can differentiate over.
+// Sample interval for the finite differences of wrench_errors().
 CaptureProblem dense(CaptureProblem p) {
   p.post_impact->duration = 0.4;
   p.output_interval = 0.001;
@@ -36,7 +36,7 @@ CaptureProblem dense(CaptureProblem p) {
 
 // --- Brakes
 
-// All as one rigid body: its angular momentum is that of a composite inertia turning at the base's rate.
+// The system moves as one rigid body: its angular momentum is that of the composite inertia at the base's rate.
 TEST(BrakedLoops, MoveAsOneRigidBody) {
   for (int index = 70; index < 74; ++index) {
     SCOPED_TRACE(seed_note(index));
@@ -75,8 +75,8 @@ TEST(BrakedLoops, MoveAsOneRigidBody) {
   }
 }
 
-// Light wrists locked to a heavy target: what rounding leaves between them, times its mass, stays rounding (it was a
-// momentum of 6e-11 of the scale while brakes were rows beside those of the grasps).
+// Light wrists locked to a heavy target: the momentum of their relative velocity stays at rounding error. With brakes
+// as rows beside those of the grasps it was 6e-11 of the scale.
 TEST(BrakedLoops, ConserveMomentumOfHeavyTargets) {
   SKIP_UNDER_SANITIZERS();
   for (const double factor : {1e2, 1e3, 1e4}) {
@@ -97,8 +97,8 @@ TEST(BrakedLoops, ConserveMomentumOfHeavyTargets) {
   }
 }
 
-// Where all joints are locked every wrench between the grasps is a self-stress, and least in the metric is an equal
-// share: with F_1 + F_2 given, D_1 F_1 = D_2 F_2 says that either alone would move the target alike.
+// With all joints locked every pair of opposite grasp wrenches is a self-stress. The minimum norm shares the load
+// equally: D_1 F_1 = D_2 F_2 for a given sum F_1 + F_2.
 TEST(BrakedLoops, ShareTheLoadEqually) {
   for (const std::size_t arms : {2u, 3u}) {
     CaptureProblem p = random_loops({std::vector<int>(arms, 0), {}, 5, 0.4, 2}, 75);
@@ -122,7 +122,7 @@ TEST(BrakedLoops, ShareTheLoadEqually) {
   }
 }
 
-// --- What grasps carry
+// --- Grasp wrenches
 
 struct Named {
   const char* name;
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Named{"braked", {rigid, rigid}, {0, 0}, 5, Joints::braked, false}),
     [](const auto& test) { return test.param.name; });
 
-// The targets' momenta and the robot alone under its grasps' wrenches, by finite differences of what is recorded.
+// The targets' momenta and the robot under its grasps' wrenches, by finite differences of the recorded series.
 TEST_P(GraspWrenches, MatchMotionOfTargetAndRobot) {
   const Named& c = GetParam();
   CaptureProblem p = dense(random_loops({c.targets, c.models, c.joints, 0.3, 2}, 80));
@@ -155,14 +155,14 @@ TEST_P(GraspWrenches, MatchMotionOfTargetAndRobot) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   const WrenchErrors e = wrench_errors(p, r, "post_impact");
-  EXPECT_LT(e.linear, 1e-8);   // measured 3.2e-10 at the most
+  EXPECT_LT(e.linear, 1e-8);   // maximum measured 3.2e-10
   EXPECT_LT(e.angular, 1e-8);  // measured 1.1e-9
   EXPECT_LT(e.base, 1e-8);     // measured 3.6e-10
   EXPECT_LT(e.joints, 1e-8);   // measured 1.6e-10
   EXPECT_GT(e.largest_force, 1e-3);
   std::printf("[ measured ] %.2g, %.2g; robot %.2g, %.2g; force %.3g N\n", e.linear, e.angular, e.base, e.joints,
               e.largest_force);
-  // What is not transmitted is zero: about a hinge, at a point.
+  // Components that the grasp does not transmit are zero: about a hinge, at a point.
   for (std::size_t s = first_sample(r, "post_impact"); s <= last_sample(r, "post_impact"); s += 20) {
     for (const GraspSetup& g : p.grasps) {
       const Vector3d M = vector_at(r, "grasps/" + g.end_effector + "/moment", s);
@@ -175,7 +175,7 @@ TEST_P(GraspWrenches, MatchMotionOfTargetAndRobot) {
       }
     }
   }
-  // The report's largest are those of the samples, and a little more: they are found between samples too.
+  // The reported maxima slightly exceed those of the samples: the search also covers times between samples.
   for (const GraspLoad& load : r.grasp_loads) {
     double largest = 0;
     for (std::size_t s = first_sample(r, "post_impact"); s <= last_sample(r, "post_impact"); ++s)
@@ -185,15 +185,16 @@ TEST_P(GraspWrenches, MatchMotionOfTargetAndRobot) {
   }
 }
 
-// Short arms leave self-stresses: of all wrenches with the same effect the least in the metric. A pair of opposite
-// wrenches that the joints of both arms do not feel is such a self-stress; along all of them the metric is flat.
+// Short arms leave self-stresses: the result is the minimum-norm wrench among those with the same effect. A pair of
+// opposite wrenches without effect on the joints of both arms is a self-stress; the norm is stationary along all of
+// them.
 TEST(GraspWrenchesOfShortArms, MinimumNorm) {
   CaptureProblem p = dense(random_loops({{0, 0}, {}, 2, 0.3, 2}, 81));
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   const CaptureSystem robot = make_servicer(p);
   const std::size_t s = first_sample(r, "post_impact") + 50;
-  // Rows: what each joint feels of a pair, by the axes and places recorded.
+  // Rows: effect of a wrench pair on each joint, from the recorded axes and positions.
   const Vector3d at[2] = {vector_at(r, "end_effectors/hand0/position", s),
                           vector_at(r, "end_effectors/hand1/position", s)};
   Eigen::Matrix<double, 4, 6> felt;
@@ -206,7 +207,7 @@ TEST(GraspWrenchesOfShortArms, MinimumNorm) {
     for (int c = 0; c < 3; ++c) felt(row_number, c) = side * axis[c], felt(row_number, 3 + c) = side * moment[c];
     ++row_number;
   }
-  const Eigen::MatrixXd null = felt.fullPivLu().kernel();  // wrenches [moment about the origin; force] of hand 0
+  const Eigen::MatrixXd null = felt.fullPivLu().kernel();  // wrenches [moment about the origin; force], end-effector 0
   ASSERT_EQ(null.cols(), 2);
   for (Eigen::Index k = 0; k < 2; ++k) {
     double slope = 0, value = 0, size = 0;
@@ -259,7 +260,7 @@ TEST(LoopsOnAllBases, LedgerPasses) {
   }
 }
 
-// A fixed base with everything braked can carry nothing on: all stops.
+// With a fixed base and all joints braked the whole system stops.
 TEST(LoopsOnAllBases, BrakesStopFixedBaseSystem) {
   CaptureProblem p = random_loops({{0, 0}, {}, 5, 0.3, 4}, 91);
   p.robot.base_mode = RobotSetup::Base::fixed;
@@ -286,7 +287,7 @@ TEST(LoopsUnderControl, BaseReturnsToAttitude) {
   EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
 }
 
-// Motors with gains keep the loop near its shape; compared with the dynamics of the closed loop.
+// PD control brings the joints of a closed loop to rest.
 TEST(LoopsUnderControl, MotorsBringJointsToRest) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.1, 120}, 93);
@@ -303,7 +304,7 @@ TEST(LoopsUnderControl, MotorsBringJointsToRest) {
   EXPECT_LT(value_at(r, "system/motor_work", last_sample(r, "post_impact")), -1e-3);
 }
 
-// rk4 closes loops as well, at a step for which its own error is small.
+// rk4 also keeps loops closed, at a step with a small integration error.
 TEST(LoopsByOtherIntegrators, FixedStepsStayClosedToo) {
   CaptureProblem p = random_loops({{0, 0}, {}, 6, 0.2, 2}, 94);
   const CaptureResult a = simulate_capture(p);
@@ -314,7 +315,7 @@ TEST(LoopsByOtherIntegrators, FixedStepsStayClosedToo) {
   EXPECT_LT(opening(p, b, "post_impact").position, 2e-12);
   const std::size_t last = last_sample(a, "post_impact");
   EXPECT_LT(norm(vector_at(a, "base/position", last) - vector_at(b, "base/position", last)), 1e-9);
-  // Integrated root velocities: momentum is then the integration's own.
+  // With integrated root velocities the integrator determines the momentum.
   p.integration.method = IntegrationSetup::Method::adaptive_8;
   p.integration.root_velocity = IntegrationSetup::RootVelocity::integrated;
   const CaptureResult c = simulate_capture(p);
@@ -322,8 +323,8 @@ TEST(LoopsByOtherIntegrators, FixedStepsStayClosedToo) {
   EXPECT_LT(norm(vector_at(a, "base/position", last) - vector_at(c, "base/position", last)), 1e-9);
 }
 
-// In comparison modes: Baumgarte's defects are bounded and larger, accelerations alone drift. With tolerances at which
-// the integration's own error is above rounding; at tighter ones Baumgarte's defects are rounding too.
+// Comparison modes: Baumgarte's defects are bounded and larger, accelerations alone drift. The tolerances keep the
+// integration error above rounding error; with tighter tolerances Baumgarte's defects also reach rounding error.
 TEST(LoopsByOtherIntegrators, ComparisonModesAreWorse) {
   CaptureProblem p = random_loops({{0, 0}, {}, 6, 0.3, 20}, 95);
   p.integration.relative_tolerance = 1e-8;
@@ -338,14 +339,14 @@ TEST(LoopsByOtherIntegrators, ComparisonModesAreWorse) {
   const auto open = [](const CaptureResult& r) { return row(r, "loop_closure_position").value; };
   EXPECT_LT(open(projected), 1e-14);
   EXPECT_GT(open(alone), 10 * open(fed));
-  EXPECT_GT(open(fed), open(projected));  // measured 1.1 times: tolerances follow the speed down to rounding
+  EXPECT_GT(open(fed), open(projected));  // measured ratio 1.1: tolerances scale with speed, down to rounding error
   EXPECT_LT(open(fed), 1e-9);
   std::printf("[ measured ] open: projected %.2g, Baumgarte %.2g, accelerations alone %.2g m\n", open(projected),
               open(fed), open(alone));
 }
 
-// Cut open at the impact: from there on the motion is that of the tree, which one grasp alone carries on. The same from
-// the state after the impact without any second grasp.
+// Loops open after the impact: one grasp carries the target, and the motion is that of the tree. It equals a run from
+// the state after the impact without the second grasp.
 TEST(LoopsByOtherIntegrators, OpenModeEqualsOpenChain) {
   CaptureProblem p = random_loops({{0, 0}, {}, 5, 0.3, 5}, 98);
   p.integration.loops = IntegrationSetup::Loops::open;
@@ -376,7 +377,7 @@ TEST(LoopsByOtherIntegrators, OpenModeEqualsOpenChain) {
 
 // --- Far away
 
-// Closures do not depend on where the world's origin is, nor on how fast all drifts by.
+// Loop closures are independent of the world's origin and of a common drift.
 TEST(LoopsFarAway, StayClosed) {
   CaptureProblem p = random_loops({{0, 0}, {}, 6, 0.2, 20}, 99);
   const CaptureResult near = simulate_capture(p);
@@ -396,11 +397,11 @@ TEST(LoopsFarAway, StayClosed) {
               row(far, "loop_closure_position").value);
 }
 
-// --- Two hands on one arm
+// --- Two end-effectors on one arm
 
-// Both hands on one link: the loop has no joints. It is closed or reported as an error, without an exception to the
-// caller.
-TEST(TwoHandsOfOneArm, LoopOnOneOrSeveralLinks) {
+// Both end-effectors on one arm or on arm and base. The loop is closed or reported as an error, without an exception to
+// the caller.
+TEST(TwoEndEffectorsOfOneArm, LoopOnOneOrSeveralLinks) {
   for (const char* link : {"arm0-link1", "arm0-link3", "base"}) {
     for (const GraspModel model : {rigid, hinge, point}) {
       SCOPED_TRACE(std::string(link) + " " + std::to_string(static_cast<int>(model)));
@@ -418,8 +419,8 @@ TEST(TwoHandsOfOneArm, LoopOnOneOrSeveralLinks) {
     }
   }
 }
-// The two grasps exchanged in the list: then the second closes the loop on the link that carries the target.
-TEST(TwoHandsOfOneArm, OnTheSameLink) {
+// Both end-effectors on one link: the second grasp closes a loop without joints on the link that carries the target.
+TEST(TwoEndEffectorsOfOneArm, OnTheSameLink) {
   for (const GraspModel model : {rigid, hinge, point}) {
     for (const GraspModel first : {rigid, hinge, point}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(first)) + std::to_string(static_cast<int>(model)));

@@ -1,4 +1,4 @@
-// Motion stated piece by piece: the same as the trajectories that it was made from, and followed exactly.
+// Motion stated as segments: equal to the source trajectories, and followed exactly.
 #include "grapnel/problem/capture_problem.hpp"
 
 #include <gmock/gmock.h>
@@ -13,16 +13,17 @@
 namespace grapnel::testing {
 namespace motion_pieces_test {
 
-// Pieces of every kind; each begins where and how the one before ends, the thesis's profile from rest.
+// Segments of every kind; each begins with the final position and rate of the previous one, the thesis's profile from
+// rest.
 std::vector<JointTrajectory> of_all_kinds() {
   std::vector<JointTrajectory> joints;
   for (int j = 0; j < 3; ++j) {
     const double q = 0.4 * j - 0.3;
     JointTrajectory joint(0, JointPath{JointProfile::quartic, 7.3, q, q + 1.1, 0, 0.07 - 0.04 * j});
-    joint.pieces.push_back(
+    joint.segments.push_back(
         {7.3, 19.1, JointPath{JointProfile::cycloidal, 19.1 - 7.3, q + 1.1, q - 2.3, 0.07 - 0.04 * j, -0.11}});
-    joint.pieces.push_back({19.1, 20.6, JointPath{JointProfile::quintic, 20.6 - 19.1, q - 2.3, q - 2, -0.11, 0.3}});
-    joint.pieces.push_back({20.6, 33, ChebyshevPiece{{q - 1, 1.5, 0.5, -0.01 * j}}});
+    joint.segments.push_back({19.1, 20.6, JointPath{JointProfile::quintic, 20.6 - 19.1, q - 2.3, q - 2, -0.11, 0.3}});
+    joint.segments.push_back({20.6, 33, ChebyshevSegment{{q - 1, 1.5, 0.5, -0.01 * j}}});
     joints.push_back(joint);
   }
   return joints;
@@ -33,16 +34,16 @@ TEST(MotionPieces, AreTheSameMotion) {
   const std::vector<MotionPiece> pieces = motion_segments(joints);
   ASSERT_EQ(pieces.size(), 4u);
   EXPECT_EQ(pieces[2].until, 20.6);
-  EXPECT_EQ(pieces[3].series[1], std::get<ChebyshevPiece>(joints[1].pieces[3].shape).coefficients);
+  EXPECT_EQ(pieces[3].series[1], std::get<ChebyshevSegment>(joints[1].segments[3].shape).coefficients);
   Worst position("position"), rate("rate"), acceleration("acceleration");
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const JointTrajectory stated = trajectory_of(pieces, j);
     EXPECT_NO_THROW(validate(stated));
     EXPECT_EQ(break_times(stated), break_times(joints[j]));
-    for (const JointPiece& piece : joints[j].pieces) {
+    for (const JointSegment& segment : joints[j].segments) {
       for (int k = 0; k <= 50; ++k) {
-        const double t = piece.begin + (piece.end - piece.begin) * k / 50;
-        const double inside = 0.5 * (piece.begin + piece.end);
+        const double t = segment.begin + (segment.end - segment.begin) * k / 50;
+        const double inside = 0.5 * (segment.begin + segment.end);
         const JointPoint a = evaluate(stated, t, inside), b = evaluate(joints[j], t, inside);
         EXPECT_LT(position.note(std::abs(a.position - b.position), k), 1e-14);              // measured 2e-15
         EXPECT_LT(rate.note(std::abs(a.rate - b.rate), k), 1e-12);                          // measured 3e-14
@@ -54,14 +55,14 @@ TEST(MotionPieces, AreTheSameMotion) {
 
 TEST(MotionPieces, EndTogether) {
   std::vector<JointTrajectory> joints = of_all_kinds();
-  joints[1].pieces.pop_back();
+  joints[1].segments.pop_back();
   EXPECT_THROW(motion_segments(joints), std::invalid_argument);
   joints = of_all_kinds();
-  joints[2].pieces[0].end = joints[2].pieces[1].begin = 7.4;
+  joints[2].segments[0].end = joints[2].segments[1].begin = 7.4;
   EXPECT_THROW(motion_segments(joints), std::invalid_argument);
 }
 
-// The thesis's case planned, and its plan stated piece by piece.
+// The planned thesis case, and its plan stated as segments.
 CaptureProblem planned() {
   CaptureProblem p = thesis_case();
   p.approach->profile = JointProfile::cycloidal;
@@ -83,8 +84,8 @@ CaptureProblem stated(const CaptureProblem& planned) {
 }
 
 TEST(MotionPieces, AreFollowed) {
-  const CaptureProblem by_plan = planned(), by_pieces = stated(by_plan);
-  const CaptureResult a = simulate_capture(by_plan), b = simulate_capture(by_pieces);
+  const CaptureProblem by_plan = planned(), by_segments = stated(by_plan);
+  const CaptureResult a = simulate_capture(by_plan), b = simulate_capture(by_segments);
   ASSERT_EQ(a.status, CaptureStatus::completed) << a.failure;
   ASSERT_EQ(b.status, CaptureStatus::completed) << b.failure;
   expect_passes(b);
@@ -99,7 +100,7 @@ TEST(MotionPieces, AreFollowed) {
   }
 }
 
-// Nothing has to be worked out, and what is stated is what planning takes over.
+// Stated segments need no search, and planning adopts them unchanged.
 TEST(MotionPieces, NeedNoPlanning) {
   const CaptureProblem p = stated(planned());
   const auto quick = stated_approach(p, make_servicer(p));

@@ -58,7 +58,7 @@ std::string faults(const std::string& text, const std::vector<Override>& changes
   }
 }
 
-// A satellite with such parts, which turns and is brought to an attitude.
+// A rotating satellite with the given parts; `more` holds further keys of the scenario.
 std::string satellite(const std::string& parts, const std::string& more) {
   return "schema: grapnel-scenario/1\nname: satellite\nrobot:\n  name: satellite\n" + std::string(kBus) + parts +
          "initial: {base: {angular_velocity: [0.02, -0.03, 0.01]}}\n"
@@ -78,7 +78,7 @@ const Parts kKinds[] = {{"wheels", kWheels},
                         {"wheels and beam", std::string(kWheels) + kBeam},
                         {"gyros and panel", std::string(kGyros) + kSprung}};
 
-// The clock has no channels, whatever moves inside: what it holds is the torque on the base alone.
+// The sampled controller has no joint channels: it holds only the torque on the base.
 TEST(SatelliteWithoutDrivenJoints, IsSampled) {
   for (const Parts& kind : kKinds) {
     const CaptureResult continuous = simulate_capture(loaded(satellite(kind.parts, kTurn)));
@@ -108,7 +108,7 @@ TEST(SatelliteWithoutDrivenJoints, AcceptsAnyControl) {
       EXPECT_EQ(r.status, CaptureStatus::completed) << kind.name << ", " << control << r.failure;
       EXPECT_TRUE(r.ledger.pass()) << kind.name << ", " << control;
     }
-    // An approach without joints, as scenarios have it that a capture is to follow.
+    // An approach without joints, as in scenarios with a subsequent capture.
     const CaptureResult r =
         simulate_capture(loaded(satellite(kind.parts,
                                           "approach: {duration: 10, final_joints: {}, base_control: {kp: 2, kd: 8}}\n"
@@ -155,7 +155,7 @@ TEST(MotionWithoutCapture, HasApplicableVerdicts) {
   EXPECT_EQ(summary.find("\"capture\""), std::string::npos);
 }
 
-// The same system, started where the other one is: motion after an approach continues it.
+// Motion after an approach starts from the final state of the approach.
 TEST(MotionWithoutCapture, FollowsAnApproach) {
   const CaptureResult r = simulate_capture(loaded(
       with_arm("approach: {duration: 4, final_joints: [0.8, -0.2]}\n"
@@ -165,7 +165,7 @@ TEST(MotionWithoutCapture, FollowsAnApproach) {
   EXPECT_EQ(r.series.phases, (std::vector<std::string>{"approach", "motion"}));
   EXPECT_NEAR(r.approach_end->joints.position[0], 0.8, 1e-12);
   EXPECT_NEAR(r.post_impact_end->joints.position[0], 0.3, 0.02);
-  // Nothing acts from outside: the base is back at its attitude with the arm, to what the controller lacks.
+  // No external force acts: the base returns to its attitude with the arm, except for the tracking error.
   EXPECT_LT(std::abs(rotation_angle(rotation_matrix(r.post_impact_end->base.quaternion_wxyz))), 0.02);
 }
 
@@ -188,7 +188,7 @@ TEST(MotionWithoutCapture, EqualsCaptureWithoutTarget) {
     EXPECT_NEAR(plain.post_impact_end->base.angular_velocity[k], dusty.post_impact_end->base.angular_velocity[k], 1e-6);
 }
 
-// A target that nothing is to grasp moves by itself, before and during `motion`.
+// A target without a grasp moves freely, before and during `motion`.
 TEST(MotionWithoutCapture, WithTargets) {
   const std::string target =
       "targets: [{name: debris, mass: 20, inertia: [2, 3, 4], state: {at: start, position: [5, 0, 0], velocity: [0, "
@@ -219,7 +219,7 @@ TEST(MotionWithoutCapture, RejectsSettingsThatNeedCapture) {
   EXPECT_NE(faults(with_arm("post_impact: {duration: 5}\n")).find("'post_impact' needs 'impact'"), std::string::npos);
 }
 
-// Tables of studies and campaigns have no columns of what is not there.
+// Tables of studies and campaigns contain only columns that apply to the problem.
 TEST(MotionWithoutCapture, Columns) {
   const CaptureProblem p = loaded(satellite(kWheels, kTurn));
   const std::vector<Column> columns = standard_columns(p, true);
@@ -257,7 +257,8 @@ TEST(MotionWithoutCapture, ShippedScenariosRun) {
 
 // ---- Sequences of phases ----
 
-// Two phases of one law equal one phase of it, to the integrator's tolerance: set points and attitudes continue.
+// Two phases with one control law equal one phase with it, to the integrator's tolerance: set points and attitudes
+// continue.
 TEST(PhaseSequence, OneLawEqualsOnePhase) {
   const std::string law = "joints: pd, kp: 40, kd: 60, base_control: {kp: 5, kd: 30, rpy: [0, 0, 0.2]}";
   const std::string start = "external_wrenches: [{body: lower, torque: [0, 0, 2], time: {shape: constant, end: 2}}]\n";
@@ -270,13 +271,13 @@ TEST(PhaseSequence, OneLawEqualsOnePhase) {
   EXPECT_EQ(two.post_impact_end->time, 8);
   for (const std::size_t j : {0, 1})
     EXPECT_NEAR(one.post_impact_end->joints.position[j], two.post_impact_end->joints.position[j], 1e-9);
-  // A list of one is the phase itself, to the last bit.
+  // A list of one phase equals the single phase, bit for bit.
   const CaptureResult list = simulate_capture(loaded(with_arm(start + "motion: [{duration: 8, " + law + "}]\n")));
   EXPECT_EQ(list.post_impact_end->joints.position, one.post_impact_end->joints.position);
   EXPECT_EQ(list.series.phases, one.series.phases);
 }
 
-// A base of inertia J that a damper of kd brakes turns by exp(-kd t / J): when it comes to a rate is known.
+// A damper kd decreases the rate of a base of inertia J as exp(-kd t / J), so the time of a given rate is known.
 TEST(PhaseSequence, EndsAtCondition) {
   const std::string text =
       "schema: grapnel-scenario/1\nname: braked\nrobot: {name: bus, base: {name: bus, mass: 50, inertia: [4, 4, 4]}}\n"
@@ -292,8 +293,8 @@ TEST(PhaseSequence, EndsAtCondition) {
   EXPECT_NEAR(r.phases[0].end, 5 * std::log(5.0), 1e-10);  // measured 5e-12
   EXPECT_EQ(r.phases[1].begin, r.phases[0].end);
   EXPECT_NEAR(r.post_impact_end->time, 5 * std::log(5.0) + 5, 1e-8);
-  EXPECT_NEAR(r.post_impact_end->base.angular_velocity[0], 0.02, 1e-10);  // nothing brakes any more
-  // A condition that holds at the start ends the phase immediately; one that never holds, after its duration.
+  EXPECT_NEAR(r.post_impact_end->base.angular_velocity[0], 0.02, 1e-10);  // no torque in the second phase
+  // A phase ends immediately if its condition holds at the start, and after its duration if the condition never holds.
   const CaptureResult at_once = simulate_capture(loaded(text, {{"motion.despin.until.base_rate", "0.2"}}));
   EXPECT_EQ(at_once.phases.at(0).duration(), 0);
   EXPECT_EQ(at_once.phases.at(0).ended, MotionPhaseReport::End::condition);
@@ -303,7 +304,7 @@ TEST(PhaseSequence, EndsAtCondition) {
   EXPECT_EQ(never.phases.at(0).end, 4);
 }
 
-// All that is given has to hold: momentum of wheels and rate together.
+// A phase with several conditions ends when all hold: wheel momentum and base rate.
 TEST(PhaseSequence, ConditionsHoldTogether) {
   const std::string turn = satellite(kWheels,
                                      "motion: [{name: spin, duration: 60, until: {UNTIL}, base_control: {kp: 0, "
@@ -323,7 +324,7 @@ TEST(PhaseSequence, ConditionsHoldTogether) {
   EXPECT_NEAR(ended("base_rate: 0.02, wheel_momentum_above: 0.01"), std::max(rate, momentum), 1e-7);
 }
 
-// After a capture: brake, hold, posture; every phase has its name wherever results name phases.
+// After a capture: brake, hold, posture. The results refer to every phase by its name.
 TEST(PhaseSequence, FollowsACapture) {
   CaptureProblem p = scenario("wheels-keep-attitude.yaml");
   PostImpactSetup brake = *p.post_impact, hold = brake, posture = brake;
@@ -353,7 +354,7 @@ TEST(PhaseSequence, FollowsACapture) {
   EXPECT_NE(result_table(r).find("brake wheels"), std::string::npos);
 }
 
-// A law of one phase that ends is what ends the phase.
+// With `event: law_ended` the phase ends when its control law ends.
 TEST(PhaseSequence, EndsWithItsLaw) {
   CaptureProblem p = scenario("dual-arm-detumbling.yaml");
   p.clearance.enabled = false;
@@ -372,7 +373,7 @@ TEST(PhaseSequence, EndsWithItsLaw) {
   EXPECT_TRUE(r.ledger.pass());
 }
 
-// Campaigns state the problem of a case as a file again, with every key of its phases.
+// Campaigns restate the problem of a case as a scenario, with every key of its phases.
 TEST(PhaseSequence, IsDrawnByACampaign) {
   const ScratchFolder folder;
   const std::filesystem::path file = folder.path() / "campaign.yaml";

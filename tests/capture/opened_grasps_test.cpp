@@ -1,5 +1,5 @@
-/// End-effectors that have let their target go, or never held it, are checked against it: after a rebound, a miss, a
-/// release, a contact that parts. What touches may separate without a violation.
+/// Collision checks of an end-effector against a target that it does not hold: after a rebound, a missed capture, a
+/// release, or a compliant contact. Bodies that touch may separate without a violation.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace opened_grasps_test {
 
 constexpr double kHand = 0.1, kBall = 0.5;  // radii [m]
 
-// A base with one slide along x that carries a ball as its end-effector, and a heavy ball before it. They touch where
-// the slide is at 1.4 m, after 10 s, at 0.05 m/s.
+// A base with one prismatic joint along x carries a ball as its end-effector; a heavy ball is in front of it. They
+// touch at the joint position 1.4 m, after 10 s, at 0.05 m/s.
 CaptureProblem slide() {
   CaptureProblem p;
   p.robot.name = "slide", p.robot.base = "base";
@@ -55,7 +55,7 @@ void move_by(CaptureProblem& p, double distance, double after) {
 void expect_no_violation(const CaptureResult& r) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.clearance_events.empty())
-      << r.clearance_events[0].least.body_a << " " << r.clearance_events[0].least.distance;
+      << r.clearance_events[0].minimum.body_a << " " << r.clearance_events[0].minimum.distance;
   EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
 }
 
@@ -65,9 +65,9 @@ void expect_overlap(const CaptureResult& r, double depth) {
   ASSERT_FALSE(r.clearance_events.empty());
   double deepest = 0;
   for (const ClearanceEvent& e : r.clearance_events) {
-    EXPECT_THAT((std::vector<std::string>{e.least.body_a, e.least.body_b}),
+    EXPECT_THAT((std::vector<std::string>{e.minimum.body_a, e.minimum.body_b}),
                 ::testing::UnorderedElementsAre("hand", "ball"));
-    deepest = std::max(deepest, -e.least.distance);
+    deepest = std::max(deepest, -e.minimum.distance);
   }
   EXPECT_NEAR(deepest, depth, 0.05);
   ASSERT_TRUE(r.valid_until);
@@ -97,7 +97,7 @@ TEST(OpenedGrasps, PenetrationAfterReboundIsViolation) {
     const CaptureResult r = simulate_capture(p);
     const std::size_t end = r.series.time.size() - 1;
     const double gap = norm(pose_at(r, "targets/ball", end).p - pose_at(r, "end_effectors/tip", end).p) - kBall;
-    ASSERT_LT(gap, -0.05);  // so far it is inside in the end, by the recorded poses
+    ASSERT_LT(gap, -0.05);  // final penetration depth, from the recorded poses
     expect_overlap(r, -gap);
   }
 }
@@ -125,10 +125,10 @@ TEST(OpenedGrasps, SeparatingReleaseIsNoViolation) {
   p.post_impact->releases = {{1, {}}};
   move_by(p, -0.3, 1.2);
   expect_no_violation(simulate_capture(p));
-  // Nor one where nothing moves: the end-effector stays at the target's surface.
+  // No violation without motion either: the end-effector stays at the target's surface.
   p.post_impact->move.reset();
   expect_no_violation(simulate_capture(p));
-  // Nor where hand and target overlap by design, up to that depth.
+  // No violation if end-effector and target overlap initially, up to that depth.
   p = slide();
   p.targets[0].X_WT.p[0] -= 0.04, p.targets[0].grasp_points[0].X_TG.p[0] += 0.04;
   p.post_impact->releases = {{1, {}}};
@@ -145,7 +145,7 @@ TEST(OpenedGrasps, PenetrationAfterReleaseIsViolation) {
   const double gap = norm(pose_at(r, "targets/ball", end).p - pose_at(r, "end_effectors/tip", end).p) - kBall;
   ASSERT_LT(gap, -0.05);
   expect_overlap(r, -gap);
-  // The grasp that holds is not checked.
+  // A closed grasp is not checked.
   p.post_impact->releases.clear();
   expect_no_violation(simulate_capture(p));
 }
@@ -160,12 +160,12 @@ TEST(OpenedGrasps, PenetrationAfterMissedCaptureIsViolation) {
   ASSERT_EQ(r.grasps.size(), 1u);
   ASSERT_FALSE(r.grasps[0].captured);
   expect_overlap(r, 0.15);
-  // Where it arrives beside the surface, the miss alone is no violation.
+  // If the end-effector stops outside the surface, the miss alone is no violation.
   p.approach->final_position = {1.35};
   expect_no_violation(simulate_capture(p));
 }
 
-// Without samples the same is found.
+// The result without samples is equal.
 TEST(OpenedGrasps, AreCheckedInColumns) {
   CaptureProblem p = rebound(ImpactSetup::Law::restitution);
   move_by(p, 0.35, 0.5);

@@ -1,4 +1,4 @@
-/// Captures in a frame that falls with an orbit: what plans, targets, the ledger and the record make of it.
+/// Captures in an orbiting frame in free fall: plans, target motion, the ledger and recorded quantities.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,21 +32,21 @@ TEST(OrbitCapture, PlansIncludeField) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);
   for (std::size_t g = 0; g < 2; ++g) {
-    const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+    const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
     EXPECT_LT(m.distance(), 1e-9);
     EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
   }
-  // What the plan without the field would miss by.
+  // Final distance of a plan without the field.
   p.orbit.reset();
   const CaptureResult without = simulate_capture(p);
   EXPECT_FALSE(without.orbit);
-  CaptureProblem flown = planned();
-  flown.approach->plan.reset();
-  flown.approach->match.reset();
-  flown.approach->final_position = without.plan->final_position;
-  flown.approach->final_rates = without.plan->final_rates;
-  const CaptureResult missed = simulate_capture(flown);
-  const double miss = meeting(flown, missed, 0, last_sample(missed, "approach")).distance();
+  CaptureProblem stated = planned();
+  stated.approach->plan.reset();
+  stated.approach->match.reset();
+  stated.approach->final_position = without.plan->final_position;
+  stated.approach->final_rates = without.plan->final_rates;
+  const CaptureResult missed = simulate_capture(stated);
+  const double miss = grasp_error(stated, missed, 0, last_sample(missed, "approach")).distance();
   EXPECT_GT(miss, 1e-5);
   EXPECT_LT(miss, 1e-2);
   std::printf("[ measured ] a plan without the field misses by %.3g m\n", miss);
@@ -64,7 +64,7 @@ TEST(OrbitCapture, TargetStateGivenAtCapture) {
   const Posed X = pose_at(r, group, last_sample(r, "approach"));
   EXPECT_LT(norm(X.p - p.targets[0].X_WT.p), 1e-10);
   EXPECT_LT(rotation_angle(transpose(X.R) * p.targets[0].X_WT.R), 1e-10);
-  // The start is another one than without the field, by some mu/R^3 r T^2.
+  // The start state differs from that without the field by about mu/R^3 r T^2.
   const TargetMotion given{p.targets[0].X_WT, p.targets[0].V_WT};
   const Posed start = propagate_target(p, p.targets[0], given, p.approach->duration, 0).X_WT;
   EXPECT_LT(norm(pose_at(r, group, 0).p - start.p), 1e-10);
@@ -72,7 +72,8 @@ TEST(OrbitCapture, TargetStateGivenAtCapture) {
   EXPECT_GT(norm(propagate_target(p, p.targets[0], given, p.approach->duration, 0).X_WT.p - start.p), 1e-5);
 }
 
-// A whole capture far from the reference point and on the move, told in two frames of which one is at its base.
+// A complete capture 37 m from the reference point, in two frames. The second frame starts at that displacement and
+// moves at constant velocity.
 TEST(OrbitCapture, DependsOnlyOnReferencePoint) {
   CaptureProblem p = thesis_case();
   p.orbit = low_orbit();
@@ -85,10 +86,10 @@ TEST(OrbitCapture, DependsOnlyOnReferencePoint) {
   const Vector3d by{20, -30, 10};
   far.X_WB.p += by;
   for (TargetSetup& t : far.targets) t.X_WT.p += by;
-  CaptureProblem told = far;
+  CaptureProblem moving = far;
   const MovingFrame frame{by, {0.4, -0.2, 0.1}};
-  told = seen_from(frame, far);
-  const CaptureResult here = simulate_capture(p), there = simulate_capture(far), again = simulate_capture(told);
+  moving = seen_from(frame, far);
+  const CaptureResult here = simulate_capture(p), there = simulate_capture(far), again = simulate_capture(moving);
   for (const CaptureResult* r : {&here, &there, &again}) {
     ASSERT_EQ(r->status, CaptureStatus::completed) << r->failure;
     expect_passes(*r);
@@ -96,7 +97,7 @@ TEST(OrbitCapture, DependsOnlyOnReferencePoint) {
   const auto moved = [&](const CaptureResult& r) { return r.post_impact_end->base.position; };
   const double end = there.post_impact_end->time;
   EXPECT_LT(norm(moved(there) - moved(again) - frame.place(end)), 1e-7);
-  // 37 m away the field is another one.
+  // The field differs 37 m away.
   EXPECT_GT(norm(moved(there) - moved(here) - by), 0.1);
 }
 
@@ -121,10 +122,10 @@ TEST(OrbitCapture, RecordedInOrbitalAxes) {
     EXPECT_LT(norm(vector_at(r, "orbit/radial", s) - up), 1e-12);
     EXPECT_LT(norm(vector_at(r, "orbit/along_track", s) - along), 1e-12);
     EXPECT_DOUBLE_EQ(value_at(r, "orbit/radius", s), 6778137);
-    const Vector3d place = pose_at(r, "base", s).p, told = vector_at(r, "base/orbital_position", s);
-    EXPECT_NEAR(told[0], dot(place, up), 1e-11);
-    EXPECT_NEAR(told[1], dot(place, along), 1e-11);
-    EXPECT_NEAR(told[2], dot(place, cross(up, along)), 1e-11);
+    const Vector3d place = pose_at(r, "base", s).p, orbital = vector_at(r, "base/orbital_position", s);
+    EXPECT_NEAR(orbital[0], dot(place, up), 1e-11);
+    EXPECT_NEAR(orbital[1], dot(place, along), 1e-11);
+    EXPECT_NEAR(orbital[2], dot(place, cross(up, along)), 1e-11);
     const Vector3d speed = twist_at(r, "targets/" + p.targets[0].name, s).linear;
     const Vector3d at = vector_at(r, "targets/" + p.targets[0].name + "/orbital_position", s);
     const Vector3d in_orbit = vector_at(r, "targets/" + p.targets[0].name + "/orbital_velocity", s);
@@ -132,13 +133,13 @@ TEST(OrbitCapture, RecordedInOrbitalAxes) {
     EXPECT_NEAR(in_orbit[1], dot(speed, along) - r.orbit->rate * at[0], 1e-11);
   }
   std::printf("[ measured ] gap %.3g m\n", r.impact->grasps[0].gap);
-  // Without an orbit there is none of it.
+  // Without an orbit none of these series exist.
   p.orbit.reset();
   const CaptureResult without = simulate_capture(p);
   for (const Series& s : without.series.series) EXPECT_EQ(s.path.find("orbit"), std::string::npos) << s.path;
 }
 
-// A planar robot cannot follow the field's out-of-plane effect, and the plan reports it.
+// A planar robot cannot follow the field's out-of-plane effect; the planner reports it.
 TEST(OrbitCapture, InfeasiblePlansInFieldFail) {
   CaptureProblem p = planned();
   p.orbit->radial = {0, 0, 1}, p.orbit->along_track = {0.6, 0.8, 0};

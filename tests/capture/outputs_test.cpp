@@ -1,5 +1,5 @@
-// What a run records: the grid of samples, references of held joints, actuators at instants with a jump, and everything
-// that momentum needs; set points that come through sensors; joint limits beside stops.
+// Recorded outputs: the sample grid, references of held joints, actuators at instants with a jump, the quantities that
+// determine momentum; set points from sensor readings; joint limits beside stops.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace outputs_test {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// An arm with two joints takes hold of a satellite at t = 0, with gaps.
+// A two-joint arm captures a satellite at t = 0, with a gap at the grasp.
 constexpr const char* kRobot = R"(
 name: outputs
 robot:
@@ -92,7 +92,7 @@ std::vector<std::size_t> samples_of(const CaptureResult& result, const std::stri
 
 // --- Actuators at an impact ---
 
-// In an impact no motor has an impulse: rotors change their rates relative to their gimbals.
+// Motors apply no impulse in an impact: rotor rates relative to the gimbals change.
 TEST(Outputs, GyroMomentumFromRotorRates) {
   const CaptureResult r = simulate(capture_text(kGyros, "post_impact: {duration: 0.5}\n"));
   const double skew = std::acos(1 / std::sqrt(3.0));
@@ -144,7 +144,7 @@ TEST(Outputs, HeldJointReferenceIsSetPoint) {
   for (std::size_t i : samples_of(r, "post_impact")) EXPECT_TRUE(std::isnan(number(r, "joints/reference_position", i)));
 }
 
-// --- Momentum from what is recorded ---
+// --- Momentum from recorded quantities ---
 
 struct Momenta {
   double mass = 0;
@@ -217,7 +217,7 @@ double largest_motion(const CaptureResult& r) {
   return largest;
 }
 
-// Everything is at rest, and so it stays, whatever bias encoders and star trackers have.
+// A system at rest stays at rest for any bias of encoders and star trackers.
 TEST(Outputs, SetPointOfHoldFromBiasedReadings) {
   const std::string joints = "{joints: {bias: 0.01, quantum: 1e-3}}",
                     all = "{joints: {bias: 0.01}, attitude: {bias: [0.02, -0.01, 0.03]}}";
@@ -232,7 +232,7 @@ TEST(Outputs, SetPointOfHoldFromBiasedReadings) {
   EXPECT_NEAR(number(r, "joints/reference_position", samples_of(r, "post_impact")[0], 0), 0.31, 1e-12);
 }
 
-// Between two ticks the last reading counts.
+// Between two samples of the controller the set point is the last reading.
 TEST(Outputs, SetPointBetweenSamplesIsLastReading) {
   const std::string text =
       std::string(kRobot) + kEffector + "initial: {joints: [0.3, -0.4], joint_rates: [0.1, 0.2]}\n" + kQuietTarget +
@@ -249,7 +249,7 @@ TEST(Outputs, SetPointBetweenSamplesIsLastReading) {
 
 // --- Limits beside stops ---
 
-// The elbow comes to its stop at 0.1 rad/s and more.
+// The elbow reaches its stop at 0.1 rad/s or faster.
 std::string stop_text(const std::string& stop) {
   std::string text = capture_text("", "post_impact: {duration: 2}\n");
   const std::string joint = "{name: elbow, type: revolute, axis: [0, 1, 0]";

@@ -1,4 +1,4 @@
-/// Loads over all phases: found in the integrator's steps, whatever is recorded.
+/// Peak loads over all phases: found in the integrator's steps, independent of the recorded samples.
 
 #include <gtest/gtest.h>
 
@@ -114,7 +114,7 @@ void expect_same_loads(const CaptureResult& a, const CaptureResult& b) {
     largest = std::max(largest, std::abs(x.peak - y.peak) / (std::abs(x.peak) + 1e-12));
     EXPECT_EQ(x.time, y.time) << x.of << " " << x.quantity;
   }
-  EXPECT_LT(largest, 1e-6);  // measured 0: the same bits
+  EXPECT_LT(largest, 1e-6);  // measured 0: bit-identical
   ASSERT_EQ(a.limit_events.size(), b.limit_events.size());
   for (std::size_t i = 0; i < a.limit_events.size(); ++i) {
     if (a.limit_events[i].kind != LimitKind::effort_saturated) continue;
@@ -151,7 +151,7 @@ TEST(PeakLoads, ClosedLoopsIndependentOfOutputInterval) {
   expect_no_influence_of_output(loop_case(PostImpactSetup::Joints::braked));
 }
 
-// What is recorded densely comes up to the peaks from below.
+// Densely recorded values approach the peaks from below.
 TEST(PeakLoads, LimitOfDenseOutput) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = driven_case();
@@ -188,7 +188,7 @@ TEST(PeakLoads, LimitOfDenseOutput) {
   EXPECT_LT(most, 2e-3);  // measured 2.9e-4
 }
 
-// One arm on a free base: what its first joint passes on is what accelerates the base.
+// One arm on a free base: the reaction force of its first joint accelerates the base.
 TEST(PeakLoads, ReactionsMatchBaseAcceleration) {
   CaptureProblem p = thesis_case_pd();
   p.robot.bodies.resize(4);  // base and arm 1
@@ -217,12 +217,12 @@ TEST(PeakLoads, ReactionsMatchBaseAcceleration) {
   EXPECT_NEAR(peak->peak, largest, 1e-2 * largest);
 }
 
-// Loads jump as grasps close: the first instant of a phase counts.
+// Loads jump when grasps close: peaks include the first instant of a phase.
 TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
   CaptureProblem p = driven_case();
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = JointLimits{}.effort;
   p.post_impact->kp.assign(6, 0.0);
-  p.post_impact->kd.assign(6, 5.0);  // largest where the rates are
+  p.post_impact->kd.assign(6, 5.0);  // the largest rate gives the largest effort
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   const std::size_t first = first_sample(r, "post_impact");
@@ -239,31 +239,31 @@ TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
   EXPECT_GT(peak->peak, 0.05);
 }
 
-// A grasp that bears the impact and not what comes afterwards: over all phases the margin is negative.
+// The rating of a grasp covers the impact but not the later loads: the margin over all phases is negative.
 TEST(PeakLoads, MarginOverAllPhases) {
   CaptureProblem p = driven_case();
-  p.impact->duration = 1;  // a soft impact, supposedly
+  p.impact->duration = 1;  // assumed duration of a soft impact
   const CaptureResult first = simulate_capture(p);
   ASSERT_EQ(first.status, CaptureStatus::completed) << first.failure;
-  const std::string hand = p.grasps[0].end_effector;
-  const double in_impact = find(first, hand, "force", "contact")->peak;
-  const double afterwards = find(first, hand, "force", "post_impact")->peak;
+  const std::string end_effector = p.grasps[0].end_effector;
+  const double in_impact = find(first, end_effector, "force", "contact")->peak;
+  const double afterwards = find(first, end_effector, "force", "post_impact")->peak;
   ASSERT_GT(afterwards, 1.2 * in_impact);
   for (EndEffectorSetup& e : p.robot.end_effectors) e.rating.force = 0.5 * (in_impact + afterwards);
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = JointLimits{}.effort;
   p.approach->base_control.reset();
   const CaptureResult r = simulate_capture(p);
   for (const LoadMargin& m : r.impact->margins) {
-    if (m.of == hand) {
+    if (m.of == end_effector) {
       EXPECT_GT(m.margin(), 0);
     }
   }
-  const PeakLoad* load = find(r, hand, "force", "post_impact");
+  const PeakLoad* load = find(r, end_effector, "force", "post_impact");
   ASSERT_TRUE(load);
   EXPECT_EQ(load->rating, p.robot.end_effectors[0].rating.force);
   EXPECT_FALSE(load->assumed_duration);
-  EXPECT_TRUE(find(r, hand, "force", "contact")->assumed_duration);
-  EXPECT_FALSE(find(r, hand, "impulse", "contact")->assumed_duration);
+  EXPECT_TRUE(find(r, end_effector, "force", "contact")->assumed_duration);
+  EXPECT_FALSE(find(r, end_effector, "impulse", "contact")->assumed_duration);
 }
 
 TEST(PeakLoads, SaturationTimes) {
@@ -281,8 +281,8 @@ TEST(PeakLoads, SaturationTimes) {
   const PeakLoad* torque = find(r, "base control", "driving/z", "approach");
   ASSERT_TRUE(torque);
   EXPECT_EQ(torque->peak, 0.5);
-  EXPECT_EQ(torque->rating, std::numeric_limits<double>::infinity());  // its limit rates nothing
-  // The summary adds the same times up.
+  EXPECT_EQ(torque->rating, std::numeric_limits<double>::infinity());  // the limit is not a rating
+  // The summary contains the sums of these durations.
   double drives_in_all = 0, base_in_all = 0;
   for (const SaturationReport& s : r.saturation)
     (s.actuator == SaturationReport::Actuator::base_control ? base_in_all : drives_in_all) += s.duration;
@@ -294,9 +294,9 @@ TEST(PeakLoads, SaturationTimes) {
   EXPECT_EQ(recorded, 0.5);
 }
 
-// Brakes that stop the arms load grasps and joints too.
+// Brakes that stop the arms also load grasps and joints.
 TEST(PeakLoads, LoadsOfBrakes) {
-  CaptureProblem p = meeting_case(2);
+  CaptureProblem p = contact_capture_case(2);
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -323,7 +323,7 @@ TEST(PeakLoads, CompliantImpactPeaks) {
     ASSERT_TRUE(load);
     EXPECT_EQ(load->peak, j.peak_force);
     EXPECT_FALSE(load->assumed_duration);
-    EXPECT_GE(load->time, r.impact->time);  // some are largest as the dampers strike
+    EXPECT_GE(load->time, r.impact->time);  // some peaks occur at the first contact, from the dampers
     latest = std::max(latest, load->time);
     EXPECT_LE(load->time, r.impact->time + r.impact->duration);
   }

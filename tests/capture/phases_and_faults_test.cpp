@@ -1,4 +1,4 @@
-/// Phases that are absent, runs that fail, problems that contradict themselves.
+/// Absent phases, failed runs, and problems with contradictory settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -79,7 +79,7 @@ TEST(Phases, ReportsProgress) {
   simulate_capture(p, [&](const std::string& phase, double time, double until) {
     if (phases.empty() || phases.back() != phase) {
       phases.push_back(phase);
-      if (phase != "post_impact") last = -1;  // evaluations of the planning, then seconds
+      if (phase != "post_impact") last = -1;  // the planner counts evaluations, phases count seconds
     }
     EXPECT_GE(time, last);
     EXPECT_LE(time, until);
@@ -90,11 +90,11 @@ TEST(Phases, ReportsProgress) {
   EXPECT_EQ(end, 24);
 }
 
-TEST(Failure, InApproachKeepsResults) {
+TEST(Failure, InApproachRetainsResults) {
   CaptureProblem p = thesis_case_pd();
   p.approach->match.reset();
   for (TargetSetup& t : p.targets) t.V_WT = Twistd::zero();
-  p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // enough for any integration of the planning
+  p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // sufficient for each integration of the planner
   p.output_interval = 0.1;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
@@ -109,7 +109,7 @@ TEST(Failure, InApproachKeepsResults) {
   EXPECT_EQ(r.cost.at(0).steps + r.cost.at(0).rejected, 1000);
 }
 
-TEST(Failure, AfterTheImpactKeepsApproachAndImpact) {
+TEST(Failure, AfterTheImpactRetainsApproachAndImpact) {
   CaptureProblem p = thesis_case();
   p.approach->duration = 1;
   p.approach->match.reset();
@@ -155,7 +155,7 @@ TEST(Failure, NamesTarget) {
   p.targets[1].V_WT.angular = {0.3, 0.4, 3};
   p.targets[1].inertia = Symmetric3d::diagonal(1, 1.5, 2);
   p.targets[0].V_WT = Twistd::zero();
-  LoadSetup push;  // a target on which something acts is integrated as the run is
+  LoadSetup push;  // a loaded target is integrated with the run's settings
   push.body = target_body_name(p.targets[1].name);
   push.amplitude.linear = {1, 0, 0};
   p.loads.push_back(push);

@@ -29,12 +29,12 @@ TEST(PlansBesidePanels, ClearanceOfFlexiblePanels) {
   p.approach->plan->clearance = 0.02;
   const ApproachPlan plan = plan_approach(p, plan_targets(p));
   ASSERT_EQ(plan.failure, "");
-  ASSERT_TRUE(plan.report.way && plan.report.way->clearance);
-  EXPECT_GT(*plan.report.way->clearance, 0.02 - 1e-6);
+  ASSERT_TRUE(plan.report.path && plan.report.path->clearance);
+  EXPECT_GT(*plan.report.path->clearance, 0.02 - 1e-6);
 }
 
-// A panel that reaches to where an end-effector goes makes the plan's clearance its own; two targets, of which one has
-// the other's name with a dash.
+// A panel at the capture position of an end-effector determines the plan's clearance. The panel's name contains special
+// characters.
 TEST(PlansBesidePanels, PanelPositions) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-tumbling-targets.yaml");
@@ -49,7 +49,7 @@ TEST(PlansBesidePanels, PanelPositions) {
   p.targets[0].panels = {panel};
   const ApproachPlan bare = plan_approach(p, plan_targets(p));
   ASSERT_EQ(bare.failure, "");
-  // The same panel, far from its target, around the place where the second end-effector arrives.
+  // The same panel, far from its target, at the capture position of the second end-effector.
   const TargetPlan at = plan_targets(p);
   const Vector3d place = at.capture[1].X_WT * grasp_point_of(p, p.grasps[1]).X_TG.p;
   p.targets[0].panels[0].X_TP.p = inverse(at.capture[0].X_WT) * place - Vector3d{0.4, 0, 0};
@@ -57,7 +57,7 @@ TEST(PlansBesidePanels, PanelPositions) {
   EXPECT_THAT(failure, HasSubstr(p.targets[0].name + "/wing ~1.é"));
 }
 
-// Bodies keep their addresses where targets are joined to the arms, whatever order the models have.
+// Bodies keep their addresses when targets are joined to the arms, for any order of bodies in the models.
 TEST(BodyAddresses, IdenticalInEveryModel) {
   const CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");
   const CaptureSystem free = make_capture_system(p), servicer = make_servicer(p);
@@ -108,14 +108,14 @@ TEST(PlanAdvice, NamesExchangedGrasps) {
   EXPECT_THAT(failure, AllOf(HasSubstr("the grasps are exchanged between end-effectors"),
                              HasSubstr("'tip-1' at grasp point 'grasp' of target 'target-1'"),
                              HasSubstr("'tip-2' at grasp point 'grasp' of target 'target-2'")));
-  // A target that is out of reach for both gets no such advice.
+  // The error gives no such advice for a target beyond the reach of both.
   p.targets[0].X_WT.p = 20.0 * p.targets[0].X_WT.p;
   EXPECT_THAT(plan_failure(p), AllOf(HasSubstr("closer to each other"), Not(HasSubstr("exchanged"))));
 }
 
 // --- The base ---
 
-// A target beyond the arms' reach: the base does not go there by itself, and a load may bring it.
+// A target beyond the arms' reach: a plan does not move the base there; a load can.
 TEST(PlanAdvice, ReportsThatPlansDoNotMoveBase) {
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
@@ -129,24 +129,24 @@ TEST(PlanAdvice, ReportsThatPlansDoNotMoveBase) {
   EXPECT_THAT(plan_failure(p), HasSubstr("loads (external_wrenches) move the base by a further 0."));
 }
 
-// Flight beside a target under thrust: what moves the base to where the arms reach is found.
+// Flight beside a target under thrust: the planner finds a plan if a load moves the base into reach.
 TEST(PlanAdvice, PlansIfLoadMovesBaseIntoReach) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
   p.approach->straight_in.reset();
   const CaptureResult near = simulate_capture(p);
   ASSERT_EQ(near.status, CaptureStatus::completed) << near.failure;
-  // A push of the whole servicer by 4 m until the capture, and all targets as much farther.
+  // A force moves the servicer by 4 m until the capture; the targets get the same displacement and final speed.
   double mass = 0;
   for (const BodyDescription& body : p.robot.bodies) mass += body.mass;
-  const double T = p.approach->duration, way = 4;
+  const double T = p.approach->duration, distance = 4;
   LoadSetup load;
-  load.body = p.robot.base, load.amplitude.linear = {0, 0, 2 * mass * way / (T * T)};
+  load.body = p.robot.base, load.amplitude.linear = {0, 0, 2 * mass * distance / (T * T)};
   load.profile.shape = LoadProfile::Shape::constant, load.profile.start = 0, load.profile.end = T;
   p.loads = {load};
   for (TargetSetup& target : p.targets) {
-    target.X_WT.p[2] += way;
-    target.V_WT.linear[2] += 2 * way / T;
+    target.X_WT.p[2] += distance;
+    target.V_WT.linear[2] += 2 * distance / T;
   }
   const ApproachPlan plan = plan_approach(p, plan_targets(p));
   EXPECT_EQ(plan.failure, "");

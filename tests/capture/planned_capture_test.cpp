@@ -1,5 +1,5 @@
-/// Final joint values found by planning, flown with ideal tracking: the end-effectors arrive. What was reached is
-/// computed here from the time series.
+/// Planned final joint values, simulated with ideal tracking: the end-effectors arrive. Deviations are computed here
+/// from the time series.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace planned_capture_test {
 using Orientation = GraspSetup::Orientation;
 using ::testing::HasSubstr;
 
-// Plans instead of the final values given.
+// Replaces the given final values by a plan.
 CaptureProblem plan_of(CaptureProblem p, PlanSetup::Objective measure = PlanSetup::Objective::excursion) {
   p.approach->tracking = {};
   p.approach->final_position.clear();
@@ -49,7 +49,7 @@ TEST_P(ThesisPlan, ArrivesWithRequiredMotion) {
     EXPECT_EQ(r.series.time[end], p.approach->duration);
     double closest = 0;
     for (std::size_t i = 0; i < 2; ++i) {
-      const Meeting m = meeting(p, r, i, end);
+      const GraspError m = grasp_error(p, r, i, end);
       EXPECT_LT(m.distance(), 1e-9);
       closest = std::max(closest, m.distance());
       if (rates < 3) {
@@ -72,7 +72,7 @@ TEST_P(ThesisPlan, ArrivesWithRequiredMotion) {
   }
 }
 
-// The spin of motors' rotors turns the base as well, and the plan knows it.
+// The spin of motor rotors also rotates the base; the plan includes it.
 TEST(PlanWithRotors, Arrives) {
   CaptureProblem p = plan_of(load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml"));
   for (BodyDescription& body : p.robot.bodies) {
@@ -84,16 +84,16 @@ TEST(PlanWithRotors, Arrives) {
   expect_passes(r);
   const std::size_t end = last_sample(r, "approach");
   for (std::size_t i = 0; i < 2; ++i) {
-    const double distance = meeting(p, r, i, end).distance();
+    const double distance = grasp_error(p, r, i, end).distance();
     std::printf("[ measured ] distance %.2g m\n", distance);
-    EXPECT_LT(distance, 1e-9);  // measured 5.1e-15; 0.036 m where the plan knows nothing of rotors
+    EXPECT_LT(distance, 1e-9);  // measured 5.1e-15; 0.036 m for a plan without rotors
   }
 }
 
 TEST(RandomPlan, ArrivesAtPlacesOrientationsAndRates) {
   SKIP_UNDER_SANITIZERS();
   Worst distance("distance"), angle("angle"), velocity("velocity"), spin("spin");
-  int flown = 0, planned = 0, unmet = 0;
+  int simulated = 0, planned = 0, unmet = 0;
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Orientation orientation = i % 3 == 0 ? Orientation::free : i % 3 == 1 ? Orientation::axis : Orientation::pose;
@@ -105,9 +105,9 @@ TEST(RandomPlan, ArrivesAtPlacesOrientationsAndRates) {
     if (!planned_problem) continue;
     CaptureProblem& p = *planned_problem;
     const CaptureResult r = simulate_capture(p);
-    ++flown;
+    ++simulated;
     if (r.status != CaptureStatus::completed) {
-      // More conditions than joints, and near a singularity: Newton's method may creep. It is said.
+      // More conditions than joints, near a singularity: Newton's method converges slowly and reports it.
       EXPECT_THAT(r.failure, ::testing::StartsWith("planning the approach: end-effector 'hand"));
       EXPECT_LT(p.joint_position.size(), 10u);
       continue;
@@ -119,7 +119,7 @@ TEST(RandomPlan, ArrivesAtPlacesOrientationsAndRates) {
     EXPECT_GT(norm(vector_at(r, "base/position", end) - vector_at(r, "base/position", 0)), 1e-3);
     unmet += warns(r, "no joint rates give");
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const Meeting m = meeting(p, r, g, end);
+      const GraspError m = grasp_error(p, r, g, end);
       EXPECT_LT(distance.note(m.distance(), i), 1e-9);
       if (orientation == Orientation::axis) {
         EXPECT_LT(angle.note(m.axis_angle(), i), 1e-9);
@@ -141,24 +141,24 @@ TEST(RandomPlan, ArrivesAtPlacesOrientationsAndRates) {
       EXPECT_EQ(joints_at(r, "joints/velocity", end), *p.approach->final_rates);
     }
   }
-  std::printf("[ measured ] %d of %d planned, %d with demands that no rates meet\n", planned, flown, unmet);
-  EXPECT_GE(planned, flown - 1);
-  EXPECT_GE(flown, 20);
+  std::printf("[ measured ] %d of %d planned, %d with demands that no rates meet\n", planned, simulated, unmet);
+  EXPECT_GE(planned, simulated - 1);
+  EXPECT_GE(simulated, 20);
 }
 
-// Two arms with seven joints each: whole poses and twists in three dimensions, targets that tumble.
-TEST(SevenJointPlan, MeetsPosesWithWholeTwists) {
+// Two arms with seven joints each: complete poses and twists in three dimensions, tumbling targets.
+TEST(SevenJointPlan, ReachesPosesWithWholeTwists) {
   CaptureProblem p = load_scenario(std::string(GRAPNEL_SOURCE_DIR) + "/scenarios/seven-joint-dual-capture.yaml");
   p.impact.reset(), p.post_impact.reset();
   p.output_interval = 1;
   p.V_WB.reset();
   p.momentum = Momentumd{{1, -2, 3}, {2, 1, -2}};
   p.approach->match = RateMatch::twist;
-  // Grasp points turned to how the hands come in by the file's joint values.
-  const CaptureResult flown = simulate_capture(p);
-  ASSERT_TRUE(flown.approach_end) << flown.failure;
+  // Grasp points get the end-effectors' orientations at the file's joint values, rotated by 0.1 rad.
+  const CaptureResult simulated = simulate_capture(p);
+  ASSERT_TRUE(simulated.approach_end) << simulated.failure;
   for (std::size_t g = 0; g < 2; ++g) {
-    const Meeting m = meeting(p, flown, g, last_sample(flown, "approach"));
+    const GraspError m = grasp_error(p, simulated, g, last_sample(simulated, "approach"));
     p.targets[g].grasp_points[0].X_TG.R =
         transpose(p.targets[g].X_WT.R) * m.X_WE.R * rotation_about({0.6, 0, 0.8}, 0.1);
     p.grasps[g].orientation = Orientation::pose;
@@ -173,7 +173,7 @@ TEST(SevenJointPlan, MeetsPosesWithWholeTwists) {
   expect_passes(r);
   EXPECT_TRUE(r.warnings.empty());
   for (std::size_t g = 0; g < 2; ++g) {
-    const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+    const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
     EXPECT_LT(m.distance(), 1e-9);
     EXPECT_LT(m.pose_angle(), 1e-9);
     EXPECT_LT(norm(m.relative_velocity()), 1e-9);
@@ -206,7 +206,7 @@ TEST(RandomPlan, ArrivesWithBasesHeldAndFixedAndUnderGravity) {
     const std::size_t end = last_sample(r, "approach");
     EXPECT_EQ(norm(vector_at(r, "base/position", end) - vector_at(r, "base/position", 0)) > 1e-6, i % 3 == 2);
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
-      const Meeting m = meeting(p, r, g, end);
+      const GraspError m = grasp_error(p, r, g, end);
       EXPECT_LT(distance.note(m.distance(), i), 1e-9);
       if (p.approach->match && !warns(r, "no joint rates give")) {
         EXPECT_LT(velocity.note(norm(m.relative_velocity()), i), 1e-9);
@@ -220,8 +220,8 @@ TEST(RandomPlan, ArrivesWithBasesHeldAndFixedAndUnderGravity) {
 double excursion(const CaptureProblem& p, const CaptureResult& r) {
   double sum = 0;
   for (std::size_t j = 0; j < p.joint_position.size(); ++j) {
-    const double way = r.plan->final_position[j] - p.joint_position[j];
-    sum += way * way;
+    const double travel = r.plan->final_position[j] - p.joint_position[j];
+    sum += travel * travel;
   }
   return sum;
 }
@@ -243,7 +243,7 @@ TEST(Objective, MinimumForItsOwnPlan) {
     }
     const CaptureResult r = simulate_capture(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-    for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(meeting(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
+    for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(grasp_error(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
     problems.push_back(p), results.push_back(r);
   }
   const auto nearest = [&](const CaptureResult& r) {
@@ -268,7 +268,7 @@ TEST(Objective, MinimumForItsOwnPlan) {
   EXPECT_LT(excursion(problems[0], results[0]), 0.99 * excursion(problems[0], results[2]));
 }
 
-// --- One target for several hands -----------------------------------------------------------------------------------
+// --- One target for several end-effectors ---------------------------------------------------------------------------
 
 CaptureProblem closed_loop(const std::string& name, const std::vector<Override>& overrides = {}) {
   CaptureProblem p = load_scenario(std::string(GRAPNEL_SOURCE_DIR) + "/scenarios/thesis/" + name + ".yaml", overrides);
@@ -276,12 +276,12 @@ CaptureProblem closed_loop(const std::string& name, const std::vector<Override>&
   return p;
 }
 
-double hands_apart(const CaptureResult& r) {
-  const auto& hands = r.approach_end->end_effectors;
-  return norm(hands.at(1).position - hands.at(0).position);
+double end_effector_distance(const CaptureResult& r) {
+  const auto& end_effectors = r.approach_end->end_effectors;
+  return norm(end_effectors.at(1).position - end_effectors.at(0).position);
 }
 
-// Two models made independently of this project found the angles, and the impulses of a rigid plastic impact there.
+// Reference angles and impulses of a rigid plastic impact come from two models independent of this project.
 TEST(ClosedLoop, MatchesReferenceSolutionAndImpulses) {
   const CaptureProblem p = closed_loop("closed-loop");
   const CaptureResult r = simulate_capture(p);
@@ -305,7 +305,7 @@ TEST(ClosedLoop, MatchesReferenceSolutionAndImpulses) {
   EXPECT_NEAR(r.impact->kinetic_energy_after, 0.316278, 6e-7);
 }
 
-// The four motions of the target, planned to the points' velocities, radially, without spin.
+// Four target motions: the end-effectors arrive radially, at the grasp points' velocities, without spin.
 TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
   const Vector3d velocities[4][2] = {
       {{0, 0.1, 0}, {0, -0.1, 0}}, {{0, 0, 0}, {0, 0, 0}}, {{0, -0.1, 0}, {0, 0.1, 0}}, {{0, 0, 0}, {0, -0.2, 0}}};
@@ -318,9 +318,9 @@ TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
     expect_passes(r);
     EXPECT_TRUE(r.ledger.feasible());
     for (const MinimumClearance& c : r.clearance) EXPECT_GT(c.distance, 0.05) << c.body_a << ", " << c.body_b;
-    EXPECT_NEAR(hands_apart(r), 1, 1e-11);  // measured 3e-14
+    EXPECT_NEAR(end_effector_distance(r), 1, 1e-11);  // measured 3e-14
     for (std::size_t g = 0; g < 2; ++g) {
-      const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+      const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
       EXPECT_LT(m.distance(), 1e-10);  // measured 7e-13
       EXPECT_LT(m.axis_angle(), 1e-10);
       EXPECT_LT(norm(m.V_WE.linear - velocities[i][g]), 1e-10);
@@ -332,10 +332,10 @@ TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
 TEST(ClosedLoop, PublishedAnglesLeavePublishedGap) {
   const CaptureResult r = simulate_capture(closed_loop("closed-loop-published-angles"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_NEAR(hands_apart(r), 1.064, 5e-4);  // measured 1.06387: a sphere of 1 m
+  EXPECT_NEAR(end_effector_distance(r), 1.064, 5e-4);  // measured 1.06387: a sphere of 1 m
 }
 
-// The forks are the third links of Table 4.1 in pieces.
+// The bodies of each fork together equal the third link of Table 4.1.
 TEST(ClosedLoop, ThirdLinksMatchTable) {
   const CaptureProblem p = closed_loop("closed-loop");
   for (const std::string arm : {"arm-1", "arm-2"}) {
@@ -375,7 +375,7 @@ TEST(ClosedLoop, InfeasibleClosureReportsGap) {
 
 // --- Robots of other kinds ------------------------------------------------------------------------------------------
 
-// A torso that both arms hang on: one joint that both goals share.
+// A torso carries both arms: both goals share its joint.
 CaptureProblem with_torso() {
   CaptureProblem p = thesis_case();
   BodyDescription torso;
@@ -401,7 +401,7 @@ TEST(Torso, ServesBothArms) {
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     expect_passes(r);
     for (std::size_t g = 0; g < 2; ++g) {
-      const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+      const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
       EXPECT_LT(m.distance(), 1e-9);
       EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
     }
@@ -416,30 +416,30 @@ TEST(IdleArm, HeldOrUsedWhileOtherArrives) {
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);
-  const Meeting m = meeting(p, r, 0, last_sample(r, "approach"));
+  const GraspError m = grasp_error(p, r, 0, last_sample(r, "approach"));
   EXPECT_LT(m.distance(), 1e-9);
   EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
 }
 
-// The base itself grasps: it moves by the arms' reaction alone.
-TEST(HandOnTheBase, MovedByReactionOrReportsError) {
+// The end-effector is on the base, which only the arms' reaction moves.
+TEST(EndEffectorOnTheBase, MovedByReactionOrReportsError) {
   CaptureProblem p = plan_of(thesis_case());
   p.impact.reset(), p.approach->match.reset();
   p.robot.end_effectors = {{{"nose", "base", {Rotationd::identity(), {0.5, 0.4, 0}}}}};
   p.targets.pop_back(), p.grasps.pop_back();
   p.grasps[0].end_effector = "nose";
   p.approach->final_rates = std::vector<double>(6, 0.0);
-  // The nose's place after 20 s of a motion that was flown.
-  CaptureProblem flown = p;
-  flown.approach->plan.reset();
-  flown.approach->final_position = {0.3, -1.2, 0.7, 2.0, 1.9, -0.8};
-  const CaptureResult there = simulate_capture(flown);
+  // Position of the nose after a simulated motion of 20 s.
+  CaptureProblem stated = p;
+  stated.approach->plan.reset();
+  stated.approach->final_position = {0.3, -1.2, 0.7, 2.0, 1.9, -0.8};
+  const CaptureResult there = simulate_capture(stated);
   const Vector3d nose = there.approach_end->end_effectors.at(0).position;
   ASSERT_GT(norm(nose - Vector3d{0.5, 0.4, 0}), 0.005);
   p.targets[0].X_WT.p = nose - p.targets[0].grasp_points[0].X_TG.p;
   const CaptureResult near = simulate_capture(p);
   ASSERT_EQ(near.status, CaptureStatus::completed) << near.failure;
-  EXPECT_LT(meeting(p, near, 0, last_sample(near, "approach")).distance(), 1e-9);
+  EXPECT_LT(grasp_error(p, near, 0, last_sample(near, "approach")).distance(), 1e-9);
   p.targets[0].X_WT.p = {3, 0, 0};
   const CaptureResult far = simulate_capture(p);
   EXPECT_EQ(far.status, CaptureStatus::failed);
@@ -465,11 +465,11 @@ TEST(NoJoints, ArrivesByDriftOrReportsError) {
     p.V_WB = Twistd{{0, 0, 0}, {0.1, 0, 0}};  // 20 s: 2 m; grasp point at (2.5, 0.4)
     const CaptureResult drifts = simulate_capture(p);
     ASSERT_EQ(drifts.status, CaptureStatus::completed) << drifts.failure;
-    EXPECT_LT(meeting(p, drifts, 0, last_sample(drifts, "approach")).distance(), 1e-9);
+    EXPECT_LT(grasp_error(p, drifts, 0, last_sample(drifts, "approach")).distance(), 1e-9);
   }
 }
 
-TEST(Failure, AfterPlanningKeepsPlanAndSamples) {
+TEST(Failure, AfterPlanningRetainsPlanAndSamples) {
   CaptureProblem p = plan_of(thesis_case());
   p.output_interval = 0.1;
   const CaptureResult whole = simulate_capture(p);
@@ -477,7 +477,7 @@ TEST(Failure, AfterPlanningKeepsPlanAndSamples) {
   p.approach->tracking.mode = JointControl::pd;
   p.approach->tracking.kp.assign(6, 49), p.approach->tracking.kd.assign(6, 14);
   for (TargetSetup& t : p.targets) t.given_at = TargetSetup::Instant::capture;
-  p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // enough for any integration of the planning
+  p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // sufficient for each integration of the planner
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, ::testing::StartsWith("approach: "));

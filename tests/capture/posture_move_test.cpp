@@ -1,4 +1,4 @@
-/// The captured system's joints under control: computed torque that knows what is held, and moves to a posture.
+/// Joint control of the captured system: computed torque with the captured targets in the model, moves to a posture.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ constexpr double kBegin = 10, kAfter = 4, kDuration = 12;  // [s]
 CaptureProblem with_move(PostImpactSetup::Joints joints) {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = kBegin;
-  p.targets[0].V_WT = {{0.1, -0.05, 0.2}, {0.01, 0, 0.02}};  // out of the plane, too
+  p.targets[0].V_WT = {{0.1, -0.05, 0.2}, {0.01, 0, 0.02}};  // also out of the plane
   p.targets[1].V_WT.angular = {0.02, 0.1, -0.2};
   p.momentum = Momentumd{{1, 2, 3}, {3, -2, 1}};
   p.post_impact.emplace();
@@ -31,14 +31,14 @@ CaptureProblem with_move(PostImpactSetup::Joints joints) {
   return p;
 }
 
-// Where a joint's reference is: from `start`, at rest, to `end`, at rest; the quintic 10 s^3 - 15 s^4 + 6 s^5.
+// A joint's reference from `start` to `end`, at rest at both: the quintic 10 s^3 - 15 s^4 + 6 s^5.
 double reference(double start, double end, double t) {
   const double s = std::clamp((t - kBegin - kAfter) / kDuration, 0.0, 1.0);
   return start + (end - start) * s * s * s * (10 + s * (-15 + 6 * s));
 }
 
-// The impact leaves a joint its rate: the error e of q'' = r'' - kd e' - kp e is that of a damped oscillator that is
-// struck, whatever the captured bodies are and however the base turns.
+// With q'' = r'' - kd e' - kp e the error e is that of a damped oscillator whose initial rate is the joint's rate after
+// the impact, for any captured bodies and any base motion.
 TEST(ComputedTorque, ErrorsOfCapturedSystemDecayByGains) {
   const CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   const CaptureResult r = simulate_capture(p);
@@ -57,7 +57,7 @@ TEST(ComputedTorque, ErrorsOfCapturedSystemDecayByGains) {
       largest = std::max(largest, std::abs(error));
     }
   }
-  EXPECT_GT(largest, 1e-3);  // the impact did strike them
+  EXPECT_GT(largest, 1e-3);  // the impact excites the errors
 }
 
 TEST(Pd, MovesToPostureAndHolds) {
@@ -72,10 +72,10 @@ TEST(Pd, MovesToPostureAndHolds) {
         0.1);
   }
   const Vector3d L0 = vector_at(r, "system/angular_momentum", 0), L1 = vector_at(r, "system/angular_momentum", end);
-  EXPECT_LT(norm(L1 - L0), 1e-11 * r.ledger.scale.angular_momentum);  // motors are inside
+  EXPECT_LT(norm(L1 - L0), 1e-11 * r.ledger.scale.angular_momentum);  // motor efforts are internal
 }
 
-// Joints of an arm that holds its target early wait for the end of the approach.
+// An arm that captures its target early starts the move only after the end of the approach.
 TEST(AMove, StartsAtBeginOfPostImpact) {
   CaptureProblem p = with_move(PostImpactSetup::Joints::computed_torque);
   p.grasps[0].closes = GraspSetup::Closes::at_time;

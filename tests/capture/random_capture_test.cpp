@@ -34,7 +34,7 @@ TEST(RandomCapture, LedgerPassesWithNonzeroMomentum) {
     for (const GraspImpulse& g : r.impact->grasps) EXPECT_GT(g.impulse_magnitude, 1e-3);
     brakes += r.impact->brake.has_value();
     moved += norm(r.impact->grasps[0].target_displacement) > 0;
-    // The ledger's own claim, checked here: the total in the last sample is that in the first, targets' moves aside.
+    // Independent check of the ledger: total momenta in the first and last samples are equal if no target is displaced.
     if (p.contact.gap != ContactSetup::Gap::translate_target) {
       const std::size_t end = r.series.time.size() - 1;
       const auto off = [&](const char* path) { return norm(vector_at(r, path, end) - vector_at(r, path, 0)); };
@@ -84,7 +84,7 @@ TEST(RandomCapture, BitIdenticalOnRepeatAndInThreads) {
   std::vector<CaptureResult> first(4), threaded(8);
   for (int i = 0; i < 4; ++i) first[i] = simulate_capture(random_capture(i));
   expect_same(first[1], simulate_capture(random_capture(1)));
-  // Two threads at a time, the cases in another order in the second.
+  // Two threads run simultaneously; the second uses another order of cases.
   const auto work = [&](std::size_t offset, std::vector<int> order) {
     for (int i : order) threaded[offset + static_cast<std::size_t>(i)] = simulate_capture(random_capture(i));
   };
@@ -98,7 +98,7 @@ TEST(RandomCapture, BitIdenticalOnRepeatAndInThreads) {
   }
 }
 
-// The whole capture in a world that is moved, turned and drifting at a constant velocity: the same impulses, turned.
+// In a displaced, rotated frame that drifts at constant velocity, the capture has the same impulses, rotated.
 TEST(RandomCapture, IndependentOfInertialFrame) {
   SKIP_UNDER_SANITIZERS();
   Worst worst("impulses in another inertial frame");

@@ -9,28 +9,29 @@ Twistd twist_at(const CaptureResult& result, const std::string& group, std::size
   return {vector_at(result, group + "/angular_velocity", sample), vector_at(result, group + "/velocity", sample)};
 }
 
-Meeting meeting(const CaptureProblem& problem, const CaptureResult& result, std::size_t grasp, std::size_t sample) {
+GraspError grasp_error(const CaptureProblem& problem, const CaptureResult& result, std::size_t grasp,
+                       std::size_t sample) {
   const GraspSetup& g = problem.grasps.at(grasp);
   const auto named = [](const auto& items, const std::string& name) {
     return *std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
   };
   const TargetSetup target = named(problem.targets, g.target);
   const GraspPoint point = named(target.grasp_points, g.grasp_point);
-  const EndEffectorSetup hand = named(problem.robot.end_effectors, g.end_effector);
+  const EndEffectorSetup end_effector = named(problem.robot.end_effectors, g.end_effector);
   const Posed X_WT = pose_at(result, "targets/" + g.target, sample);
   const Twistd V_WT = twist_at(result, "targets/" + g.target, sample);
-  Meeting m;
+  GraspError m;
   m.X_WE = pose_at(result, "end_effectors/" + g.end_effector, sample);
   m.V_WE = twist_at(result, "end_effectors/" + g.end_effector, sample);
   m.X_WG = {X_WT.R * point.X_TG.R, X_WT.p + X_WT.R * point.X_TG.p};
   m.V_WG = {V_WT.angular, V_WT.linear + cross(V_WT.angular, X_WT.R * point.X_TG.p)};
   m.direction_W = X_WT.R * point.approach_direction.value_or(Vector3d::zero());
-  m.axis_W = m.X_WE.R * hand.approach_axis.value_or(Vector3d::zero());
+  m.axis_W = m.X_WE.R * end_effector.approach_axis.value_or(Vector3d::zero());
   return m;
 }
 
-Meeting::Missed Meeting::missed(GraspSetup::Orientation orientation, const StraightIn& in) const {
-  Missed m;
+GraspError::Deviation GraspError::deviation(GraspSetup::Orientation orientation, const StraightIn& in) const {
+  Deviation m;
   m.distance = distance();
   m.velocity = norm(relative_velocity() - in.final_speed * direction_W);
   const double along = dot(relative_spin(), direction_W), across = norm(cross(direction_W, relative_spin()));
@@ -52,7 +53,7 @@ Meeting::Missed Meeting::missed(GraspSetup::Orientation orientation, const Strai
 }
 
 std::size_t last_sample(const CaptureResult& result, const std::string& phase) {
-  for (std::size_t s = result.series.time.size(); s-- > 0;) {  // from the end: loops ask again for every sample
+  for (std::size_t s = result.series.time.size(); s-- > 0;) {  // from the end: callers repeat this for every sample
     if (result.series.phases.at(static_cast<std::size_t>(result.series.phase[s])) == phase) return s;
   }
   throw std::out_of_range("no sample of phase " + phase);
@@ -80,7 +81,7 @@ bool warns(const CaptureResult& result, const std::string& text) {
 
 namespace {
 
-// The target turned and moved so that its grasp point is at X_WG and moves with V_WG there.
+// Places the target so that its grasp point has the pose X_WG and the twist V_WG.
 void place(TargetSetup& target, const Posed& X_WG, const Twistd& V_WG) {
   const Posed& X_TG = target.grasp_points.at(0).X_TG;
   target.given_at = TargetSetup::Instant::capture;
@@ -107,10 +108,11 @@ std::optional<CaptureProblem> random_plan(int index, GraspSetup::Orientation ori
   if (change) change(p);
   if (match) p.approach->final_rates.reset();
   p.approach->match = match;
-  const CaptureResult flown = simulate_capture(p);
-  if (!flown.approach_end) return std::nullopt;
+  const CaptureResult simulated = simulate_capture(p);
+  if (!simulated.approach_end) return std::nullopt;
   for (std::size_t i = 0; i < p.targets.size(); ++i) {
-    const Posed X_WE = pose_at(flown, "end_effectors/" + p.grasps[i].end_effector, last_sample(flown, "approach"));
+    const Posed X_WE =
+        pose_at(simulated, "end_effectors/" + p.grasps[i].end_effector, last_sample(simulated, "approach"));
     const Vector3d axis_W = X_WE.R * *p.robot.end_effectors[i].approach_axis;
     const bool pose = orientation == GraspSetup::Orientation::pose;
     p.grasps[i].orientation = orientation;

@@ -12,8 +12,8 @@ namespace grapnel::testing {
 /// Twist of a group (`base`, `targets/NAME`, `end_effectors/NAME`), at its frame's origin, in W.
 Twistd twist_at(const CaptureResult& result, const std::string& group, std::size_t sample);
 
-/// An end-effector against its grasp point.
-struct Meeting {
+/// Motion of an end-effector and of its grasp point.
+struct GraspError {
   Posed X_WE, X_WG;
   Twistd V_WE, V_WG;
   Vector3d direction_W;  // the grasp point's approach direction; zero if it has none
@@ -25,13 +25,14 @@ struct Meeting {
   double axis_angle() const { return std::atan2(norm(cross(direction_W, axis_W)), dot(direction_W, axis_W)); }
 
   /// Deviation of the final straight approach from the requirements of its grasp.
-  struct Missed {
+  struct Deviation {
     double distance = 0, angle = 0, velocity = 0, spin = 0;  // [m, rad, m/s, rad/s]
     double largest() const { return std::max({distance, angle, velocity, spin}); }
   };
-  Missed missed(GraspSetup::Orientation orientation, const StraightIn& in) const;
+  Deviation deviation(GraspSetup::Orientation orientation, const StraightIn& in) const;
 };
-Meeting meeting(const CaptureProblem& problem, const CaptureResult& result, std::size_t grasp, std::size_t sample);
+GraspError grasp_error(const CaptureProblem& problem, const CaptureResult& result, std::size_t grasp,
+                       std::size_t sample);
 
 /// Last sample of the phase.
 std::size_t last_sample(const CaptureResult& result, const std::string& phase);
@@ -41,13 +42,13 @@ std::size_t sample_at(const CaptureResult& result, const std::string& phase, dou
 /// All joints at a sample.
 std::vector<double> joints_at(const CaptureResult& result, const std::string& path, std::size_t sample);
 
-/// A body's share of a result's warnings that contains the text.
+/// Whether a warning of the result contains the text.
 bool warns(const CaptureResult& result, const std::string& text);
 
-/// A random robot of random_capture() whose final joint values are to be found: its targets are where a flown random
-/// motion with ideal tracking puts the hands, so that there is a solution. `match`: final rates by it, else those that
-/// were flown are given. Grasps ask for the orientation given. `change`: made before that flight. No motion
-/// afterwards. Nothing where no rates were found for that flight.
+/// A planning problem with a known solution: a random robot of random_capture() with targets at the end-effectors'
+/// final poses of a simulated random motion. `match` determines the final rates; without it they are those of that
+/// simulation. Grasps require the given orientation. `change` is applied before the simulation. The problem ends with
+/// the approach. Returns nothing if the simulation does not complete the approach.
 std::optional<CaptureProblem> random_plan(int index, GraspSetup::Orientation orientation,
                                           std::optional<RateMatch> match,
                                           const std::function<void(CaptureProblem&)>& change = {});

@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace resumable_test {
 
-// Something that is needed; its answer is what awaiting it gives.
+// A question at which the body stops; `co_await` returns its answer.
 struct Question : Resumable<Question>::Stop {
   explicit Question(int the_number) : number(the_number) {}
   int await_resume() const {
@@ -30,7 +30,7 @@ struct Record {
   int alive = 0;
 };
 
-// Alive as long as the body is where it is.
+// Counts the scopes of the body that are alive.
 struct Guard {
   explicit Guard(Record& the_record) : record(the_record) { ++record.alive; }
   ~Guard() { --record.alive; }
@@ -39,7 +39,7 @@ struct Guard {
   Record& record;
 };
 
-Resumable<Question> asks(Record& record, const int& times) {
+Resumable<Question> ask_questions(Record& record, const int& times) {
   const Guard outer(record);
   try {
     for (int i = 0; i < times; ++i) {
@@ -57,8 +57,8 @@ Resumable<Question> asks(Record& record, const int& times) {
 TEST(Resumable, SuspendsAndResumesWithAnswer) {
   Record record;
   const int times = 3;
-  Resumable<Question> body = asks(record, times);
-  EXPECT_EQ(record.alive, 0);  // nothing happens before it is asked
+  Resumable<Question> body = ask_questions(record, times);
+  EXPECT_EQ(record.alive, 0);  // the body starts with the first next()
   while (Question* question = body.next()) {
     EXPECT_EQ(record.alive, 2);
     question->answer = std::make_unique<int>(10 * question->number);
@@ -72,7 +72,7 @@ TEST(Resumable, SuspendsAndResumesWithAnswer) {
 TEST(Resumable, ExceptionAtResumptionReachesBody) {
   Record record;
   const int times = 2;
-  Resumable<Question> body = asks(record, times);
+  Resumable<Question> body = ask_questions(record, times);
   ASSERT_NE(body.next(), nullptr);
   EXPECT_EQ(body.next(), nullptr);  // without an answer
   EXPECT_EQ(record.failure, "no answer");
@@ -82,7 +82,7 @@ TEST(Resumable, ExceptionAtResumptionReachesBody) {
 TEST(Resumable, ExceptionFromBodyReachesCaller) {
   Record record;
   const int times = 0;
-  Resumable<Question> body = asks(record, times);
+  Resumable<Question> body = ask_questions(record, times);
   EXPECT_THROW(body.next(), std::invalid_argument);
   EXPECT_TRUE(body.done());
   EXPECT_EQ(body.next(), nullptr);
@@ -93,13 +93,13 @@ TEST(Resumable, DestructorFreesSuspendedFrame) {
   Record record;
   const int times = 2;
   {
-    Resumable<Question> first = asks(record, times);
+    Resumable<Question> first = ask_questions(record, times);
     ASSERT_NE(first.next(), nullptr);
     Resumable<Question> body = std::move(first);
     EXPECT_EQ(record.alive, 2);
   }
   EXPECT_EQ(record.alive, 0);
-  { const Resumable<Question> never_begun = asks(record, times); }
+  { const Resumable<Question> never_begun = ask_questions(record, times); }
   EXPECT_EQ(record.alive, 0);
 }
 

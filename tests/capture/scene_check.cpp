@@ -1,4 +1,4 @@
-// The scene of a capture against its time series: what a report draws must be what was simulated.
+// The scene of a capture against its time series: a report must draw the simulated motion.
 #include "capture/scene_check.hpp"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ SceneDeviation scene_deviation(const CaptureResult& result) {
       if (!b.joint) continue;
       const Posed X_WF = recorded_pose(result, body_named(scene, b.parent), s) * b.joint->X_PF;
       const Vector3d axis = X_WF.R * b.joint->axis;
-      // A rotary joint keeps its origin, a sliding one its orientation and, across its axis, its place.
+      // A rotary joint fixes its origin; a prismatic joint fixes its orientation and its position across the axis.
       const Vector3d slip = X_WB.p - X_WF.p;
       if (b.joint->type == "prismatic") {
         up(largest.joints, norm(cross(axis, slip)));
@@ -67,7 +67,7 @@ SceneDeviation scene_deviation(const CaptureResult& result) {
 
 void expect_complete_scene(const CaptureResult& result, const CaptureProblem& problem) {
   const Scene& scene = result.scene;
-  // Pieces of flexible links are separate bodies; bodies between two joints of one place are not included.
+  // Segments of flexible links are separate bodies; the scene omits bodies between coincident joints.
   std::vector<BodyDescription> bodies = flexible_robot(problem.robot).bodies;
   for (const TargetSetup& t : problem.targets) {
     for (BodyDescription& body : target_bodies(t).bodies) bodies.push_back(std::move(body));

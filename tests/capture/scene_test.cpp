@@ -1,4 +1,4 @@
-// The scene of a capture against its time series: what a report draws must be what was simulated.
+// The scene of a capture against its time series: a report must draw the simulated motion.
 #include <gtest/gtest.h>
 
 #include "capture/capture_case.hpp"
@@ -71,14 +71,14 @@ TEST(Scene, SharesMeshes) {
   EXPECT_EQ(scene.bodies[0].shapes.at(0).mesh, 0);
   EXPECT_EQ(scene.bodies[scene.bodies.size() - 2].shapes.at(0).mesh, 1);
   EXPECT_EQ(scene.bodies.back().shapes.at(0).mesh, 1);
-  EXPECT_EQ(scene.bodies.back().shapes.size(), 1u);  // what is none is left out
+  EXPECT_EQ(scene.bodies.back().shapes.size(), 1u);  // shapes of type none are omitted
   EXPECT_EQ(scene.bodies.back().shapes.at(0).size[0], 0.2);
   EXPECT_EQ(scene.meshes[1].name, "part.stl");
   EXPECT_EQ(scene.meshes[1].vertices, (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
   EXPECT_EQ(scene.meshes[1].triangles, (std::vector<int>{0, 2, 1, 0, 1, 3}));
 }
 
-// What takes a planar capture out of its plane, one thing at a time.
+// Changes that make a planar capture spatial, one at a time.
 TEST(Scene, PlanarOnlyIfAllQuantitiesAre) {
   const CaptureProblem planar = thesis_case();
   ASSERT_TRUE(scene_of(planar).planar);
@@ -112,11 +112,11 @@ TEST(Scene, PlanarOnlyIfAllQuantitiesAre) {
   }));
   const LoadSetup pull{"base", {0, 0, 0}, LoadFrame::world, {{0, 0, 0}, {0, 0, 1}}, {}};
   EXPECT_FALSE(with([&](auto& p) { p.loads = {pull}, p.loads[0].body = p.robot.base; }));
-  // And what does not.
+  // Changes that keep it planar.
   EXPECT_TRUE(with([](auto& p) { p.X_WB = {rotation_about({0, 0, 1}, 1), {3, 4, 0}}; }));
   EXPECT_TRUE(with([](auto& p) { p.V_WB = Twistd{{0, 0, 0.1}, {1, 2, 0}}; }));
   EXPECT_TRUE(with([](auto& p) { p.grasps[0].model = GraspModel::hinge; }));
-  // Two arms of a fork above and below the plane, and one alone.
+  // Two prongs above and below the plane keep it planar; one alone does not.
   BodyDescription prong = planar.robot.bodies.back();
   prong.parent = prong.name, prong.name = "upper", prong.joint = {}, prong.joint.name = "upper-mount";
   prong.X_PF.p = {0, 0, 0.3};
@@ -133,7 +133,7 @@ TEST(Scene, PresentInFailedRun) {
   const CaptureResult result = simulate_capture(p);
   EXPECT_EQ(result.status, CaptureStatus::failed);
   EXPECT_EQ(result.scene.bodies.size(), p.robot.bodies.size() + 2);
-  EXPECT_TRUE(simulate_impact_only(thesis_case()).scene.bodies.empty());  // of which nothing is recorded
+  EXPECT_TRUE(simulate_impact_only(thesis_case()).scene.bodies.empty());  // records no motion
 }
 
 }  // namespace scene_test

@@ -1,5 +1,5 @@
-/// What the on-board computer knows: sensors under sampled control, estimates of targets and replanning, identification
-/// of what is held and what laws make of it.
+/// Information of the on-board computer: sensors under sampled control, target estimates and replanning, identification
+/// of the captured target and its use by controllers.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ CaptureProblem sampled(double after) {
   p.control->timing.period = kPeriod;
   p.post_impact->duration = after;
   p.clearance.enabled = false;
-  // Shaking a satellite of 1 t takes more than the arm has, and what saturates is not what is asked here.
+  // Exciting a satellite of 1 t exceeds the arm's effort limits; these tests do not concern saturation.
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = std::numeric_limits<double>::infinity();
   return p;
 }
@@ -51,7 +51,7 @@ SensorSetup noisy() {
   return s;
 }
 
-// 40 000 numbers of one channel against the neighbours in time, channel, sensor and seed.
+// Moments of 40 000 numbers of one channel, and correlations with the next time, channel, sensor and seed.
 TEST(SensorNoise, WhiteNormalAndIndependent) {
   constexpr int kCount = 40000;
   const double expected = 1 / std::sqrt(double{kCount});
@@ -94,7 +94,7 @@ TEST(Sensors, QuantumSampleTimeAndBias) {
         const double truth = value_at(r, "joints/position", i, j);
         EXPECT_LE(std::abs(read - truth - joints.bias[j]), 0.5 * quantum + 1e-9) << r.series.time[i];
         changes += read != value_at(r, "joints/measured_position", i - 1, j);
-        // The rate is the difference of what was read.
+        // The rate is the difference quotient of the readings.
         if (tick >= 4) {
           EXPECT_NEAR(value_at(r, "joints/measured_velocity", i, j),
                       (read - value_at(r, "joints/measured_position", i - 2, j)) / (2 * kPeriod), 1e-12);
@@ -135,17 +135,17 @@ TEST(Sensors, NoiseDeviationMomentumAndReproducibility) {
   EXPECT_NEAR(by_name.at("attitude").rms_error, 1e-4, 4e-4 / std::sqrt(2.0 * 1101));
   EXPECT_NEAR(by_name.at("force gripper").rms_error, 0.1, 0.4 / std::sqrt(2.0 * 3300));
   EXPECT_NEAR(by_name.at("wheel rate").rms_error, std::sqrt(0.01 + 0.25 / 12), 0.02);
-  // A wrist that holds feels what the record says of its grasp, which is in W.
+  // The wrist sensor of a closed grasp measures the recorded grasp force, which is in W.
   const std::size_t last = r.series.time.size() - 1;
   EXPECT_NEAR(norm(vector_at(r, "end_effectors/gripper/measured_force", last)),
               norm(vector_at(r, "grasps/gripper/force", last)), 1.5);
-  // Without noise another motion.
+  // Without sensors the motion differs.
   p.sensors.reset();
   EXPECT_GT(norm(simulate_capture(p).post_impact_end->base.position - r.post_impact_end->base.position), 1e-6);
 }
 
-// Without noise a reading is off by its bias alone, in the axes of what is read; a random walk of rates over the root
-// of the sample time.
+// Without noise the error of a reading is its bias, in the sensor's axes. An angle random walk gives a rate error that
+// is inversely proportional to the root of the sample time.
 TEST(Sensors, BiasesAndRandomWalks) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(5);
@@ -173,13 +173,13 @@ TEST(Sensors, BiasesAndRandomWalks) {
   EXPECT_NEAR(gyro.rms_error, deviation, 4 * deviation / std::sqrt(2.0 * static_cast<double>(gyro.readings)));
 }
 
-// What attitude sensor and tachometers read is what the laws work with: the base goes where the sensor says that it is
-// right, the wheels' speeds to where their sensors say zero.
+// Controllers use the readings of attitude sensor and tachometers: the final base attitude and wheel speeds differ from
+// the exact ones by the biases.
 TEST(Sensors, LawsUseReadings) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(60);
   p.post_impact->base_control->wheel_speed_rate = 0.1;
-  // The pyramid's null space is (1, -1, 1, -1): with two wheels the other way round all alike, as the bias is.
+  // The pyramid's null space is (1, -1, 1, -1). Reversing two wheels makes it (1, 1, 1, 1), parallel to the bias.
   ASSERT_EQ(p.robot.wheels.size(), 4U);
   for (const std::size_t w : {1, 3}) p.robot.wheels[w].axis = -p.robot.wheels[w].axis, p.wheel_rate[w] *= -1;
   const CaptureResult exact = simulate_capture(p);
@@ -212,7 +212,7 @@ CaptureProblem estimated(const TargetEstimate& error) {
   return p;
 }
 
-TEST(Navigation, ExactEstimateGivesIdenticalPlan) {
+TEST(Navigation, ExactEstimateYieldsIdenticalPlan) {
   CaptureProblem exact = estimated({}), truth = exact;
   truth.targets[0].estimate.reset();
   const CaptureResult a = simulate_capture(exact), b = simulate_capture(truth);
@@ -233,22 +233,22 @@ TEST(Navigation, EstimateErrorIsGapAndReplanningRemovesIt) {
   EXPECT_NEAR(r.grasps[0].distance, 0.13, 1e-8);
 
   p.approach->replan = ReplanSetup{8};
-  const CaptureResult mended = simulate_capture(p);
-  ASSERT_EQ(mended.status, CaptureStatus::completed) << mended.failure;
-  ASSERT_EQ(mended.navigation.size(), 5u);  // at 0, 8, 16, 24, 32
-  for (const NavigationReport& n : mended.navigation) EXPECT_TRUE(n.found) << n.time << ": " << n.failure;
-  EXPECT_LT(mended.grasps[0].distance, 1e-7);
-  expect_passes(mended);
-  // What the joints follow is continuous in position and rate.
-  for (std::size_t i = 1; i < mended.series.time.size(); ++i) {
-    if (mended.series.time[i] != mended.series.time[i - 1]) continue;
-    for (int j = 0; j < 7 && mended.series.time[i] < 39; ++j) {
-      EXPECT_NEAR(value_at(mended, "joints/position", i, j), value_at(mended, "joints/position", i - 1, j), 1e-9);
-      EXPECT_NEAR(value_at(mended, "joints/velocity", i, j), value_at(mended, "joints/velocity", i - 1, j), 1e-9);
+  const CaptureResult replanned = simulate_capture(p);
+  ASSERT_EQ(replanned.status, CaptureStatus::completed) << replanned.failure;
+  ASSERT_EQ(replanned.navigation.size(), 5u);  // at 0, 8, 16, 24, 32
+  for (const NavigationReport& n : replanned.navigation) EXPECT_TRUE(n.found) << n.time << ": " << n.failure;
+  EXPECT_LT(replanned.grasps[0].distance, 1e-7);
+  expect_passes(replanned);
+  // The joint trajectory is continuous in position and rate.
+  for (std::size_t i = 1; i < replanned.series.time.size(); ++i) {
+    if (replanned.series.time[i] != replanned.series.time[i - 1]) continue;
+    for (int j = 0; j < 7 && replanned.series.time[i] < 39; ++j) {
+      EXPECT_NEAR(value_at(replanned, "joints/position", i, j), value_at(replanned, "joints/position", i - 1, j), 1e-9);
+      EXPECT_NEAR(value_at(replanned, "joints/velocity", i, j), value_at(replanned, "joints/velocity", i - 1, j), 1e-9);
     }
   }
 
-  // With a sensor that has noise and a delay the gap is of the size of what it says last.
+  // With a noisy, delayed sensor the gap equals the error of the last estimate.
   p.control.emplace();
   p.control->timing.period = kPeriod;
   p.sensors.emplace();
@@ -333,7 +333,7 @@ TEST(IdentificationInARun, ReportsUnobservableParameters) {
   ASSERT_TRUE(r.identification) << r.failure;
   EXPECT_LT(r.identification->rank, 10);
   EXPECT_FALSE(r.identification->unseen.empty());
-  EXPECT_FALSE(r.identification->used_from);  // so that laws continue with the assumed values
+  EXPECT_FALSE(r.identification->used_from);  // controllers continue with the assumed values
 }
 
 TEST(IdentificationInARun, WeightsFromNoiseAndRounding) {
@@ -360,7 +360,7 @@ TEST(IdentificationInARun, EndsAtRelease) {
   EXPECT_FALSE(r.identification->used_from);
 }
 
-// Largest distance of the joints from what they are to follow, after a time.
+// Largest deviation of the joints from their references, from the time `from` on.
 double tracking_error(const CaptureResult& r, double from) {
   double largest = 0;
   for (std::size_t i = 0; i < r.series.time.size(); ++i) {
@@ -374,13 +374,13 @@ double tracking_error(const CaptureResult& r, double from) {
 TEST(AssumedTarget, ComputedTorqueErrorWithWrongAssumption) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(90);
-  // Held for 0.1 s, torques err by more than a wrong mass does: the arm's self-motion is light.
+  // A hold of 0.1 s causes larger torque errors than a wrong mass, since the arm's self-motion has little inertia.
   p.control->timing.period = 0.02;
   p.post_impact->identify->excitation->amplitude.assign(7, 0.1);
   p.post_impact->move = PostureMove{{0.3, -0.5, 0.4, 1.5, -0.3, 0.2, 0.3}, 48, 30, JointProfile::quintic};
   p.post_impact->assumed =
       AssumedTarget{.target = {}, .mass = 500, .com = {}, .inertia = Symmetric3d{200, 200, 200, 0, 0, 0}};
-  const double from = kApproach + 60;  // when what the excitation left has decayed
+  const double from = kApproach + 60;  // after the effect of the excitation has decayed
   p.post_impact->model = LawModel::assumed;
   const CaptureResult wrong = simulate_capture(p);
   p.post_impact->model = LawModel::estimated;
@@ -393,7 +393,7 @@ TEST(AssumedTarget, ComputedTorqueErrorWithWrongAssumption) {
                exact = tracking_error(truth, from);
   RecordProperty("wrong", std::to_string(guess));
   std::printf("tracking errors: assumed %.3g, estimated %.3g, true %.3g rad\n", guess, estimate, exact);
-  EXPECT_GT(guess, 2 * exact);                 // measured 4.98e-3 and 2.11e-3, the latter by the hold
+  EXPECT_GT(guess, 2 * exact);                 // measured 4.98e-3 and 2.11e-3, the latter from the hold
   EXPECT_NEAR(estimate, exact, 0.01 * guess);  // measured 2.10e-3
 }
 

@@ -1,4 +1,4 @@
-/// Plans of the scenarios that are shipped are no worse than they have been.
+/// Objectives of the shipped scenarios' plans do not exceed those of an earlier version.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace shipped_plans_test {
 
 struct ShippedPlan {
   const char* scenario;
-  double objective;  // of the plan by the program of commit 6929b7f (`grapnel run`, summary.json)
+  double objective;  // of the plan at commit 6929b7f (`grapnel run`, summary.json)
 };
 
 class ShippedPlans : public ::testing::TestWithParam<ShippedPlan> {};

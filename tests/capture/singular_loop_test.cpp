@@ -1,5 +1,5 @@
-/// Loops in, near and through singular configurations, and loops that contradict their drives: the run goes through or
-/// stops with status, time and condition; no number is NaN, what was computed is kept.
+/// Loops in, near and through singular configurations, and loops that contradict their drives: the run completes or
+/// stops with status, time and condition. No number is NaN; a stopped run retains its results.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ BodyDescription bar(const std::string& name, const std::string& parent, const Po
 }
 
 // A four-bar linkage: two links on the base, `width` apart, and a coupler as the target, grasped at both ends. Links
-// start at the angles `a` and `b` [rad] against the base line, link 0 turning at `rate`.
+// start at the angles `a` and `b` [rad] from the base line; link 0 rotates at `rate`.
 struct FourBar {
   double width = 2, left = 1, right = 1;
   double a = 1.2, b = 1.2;
@@ -65,13 +65,13 @@ CaptureProblem four_bar(const FourBar& f) {
   p.post_impact.emplace();
   p.post_impact->duration = 20;
   p.output_interval = 0.05;
-  p.integration.max_steps = 100'000;  // bounded, whatever happens
+  p.integration.max_steps = 100'000;  // bounds the work of a failing run
   return p;
 }
 
-// Through, or stopped with all that the rules ask for. Whether it went through. Driven through a change point, loads
-// have no bound there, and how near to it a step comes depends on rounding: a run that goes through may also say that
-// it lost momentum (`loads_have_no_bound`).
+// Expects a completed run, or a stop with phase and time in the message; returns whether the run completed. At a change
+// point the loads are unbounded, and rounding determines how near a step comes to it. With `loads_have_no_bound` a
+// completed run may therefore fail the momentum check.
 bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_no_bound = false) {
   expect_finite(r);
   EXPECT_FALSE(r.series.time.empty());
@@ -91,8 +91,8 @@ bool answered(const CaptureProblem& p, const CaptureResult& r, bool loads_have_n
   return false;
 }
 
-// Turns through the flat configurations at 0 and pi, where all four pins are on one line and the linkage may continue
-// as a parallelogram or an antiparallelogram.
+// The linkage rotates through the flat configurations at 0 and pi. There all four pins are on one line, and it may
+// continue as a parallelogram or an antiparallelogram.
 TEST(Parallelogram, DrivenThroughFlatConfiguration) {
   SKIP_UNDER_SANITIZERS();
   for (const GraspModel model : {GraspModel::hinge, GraspModel::point}) {
@@ -103,7 +103,7 @@ TEST(Parallelogram, DrivenThroughFlatConfiguration) {
       const CaptureResult r = simulate_capture(p);
       answered(p, r, true);
       EXPECT_GT(r.series.time.back(), 3);  // 0.5 rad/s from 1.2 rad: flat at 3.9 s
-      // Until then it is a parallelogram that turns uniformly (fixed base): energy and angle known.
+      // Until then it is a parallelogram that rotates uniformly (fixed base): the angles are known.
       if (base == RobotSetup::Base::fixed) {
         const std::vector<double> q = joints_at(r, "joints/position", sample_at(r, "post_impact", 2.0));
         EXPECT_NEAR(q[0], 1.2 + 0.5 * 2, 1e-9);
@@ -145,12 +145,12 @@ TEST(Antiparallelogram, PassesItsFlatConfiguration) {
   answered(p, r);
   ASSERT_TRUE(r.impact);
   EXPECT_NEAR(norm(p.targets[0].grasp_points[1].X_TG.p), 2, 1e-12);
-  // It is the crossed one: the links turn against each other.
+  // Crossed configuration: the links rotate in opposite directions.
   const std::vector<double> v = joints_at(r, "joints/velocity", first_sample(r, "post_impact"));
   EXPECT_LT(v[0] * v[1], 0);
 }
 
-// Links that meet a coupler stretched to the full: the dead point of a crank and rocker.
+// At a dead point of a crank and rocker, a link and the coupler are on one line.
 TEST(CrankAndRocker, PassesItsDeadPoints) {
   SKIP_UNDER_SANITIZERS();
   FourBar f;
@@ -180,7 +180,7 @@ TEST(FlatLoops, EveryJointControlHasResult) {
   }
 }
 
-// A loop that cannot move against its own velocity: a triangle of two links and a coupler on a point (structure).
+// A nearly rigid triangle of two links and a coupler (structure), with nonzero initial rates.
 TEST(FlatLoops, StructuresAreRigid) {
   FourBar f;
   f.width = 1e-3, f.a = 1.0, f.b = 2.0;  // both links on nearly one pin, a coupler between their ends
@@ -189,9 +189,9 @@ TEST(FlatLoops, StructuresAreRigid) {
   answered(p, r);
 }
 
-// --- Arms stretched out
+// --- Stretched arms
 
-// Two arms of three joints, straight or bent, that hold one target which flies away from the base, or towards it.
+// Two three-joint arms, straight or bent, hold one target that moves away from the base or towards it.
 CaptureProblem stretched(double speed, double bend, GraspModel model, bool in_line) {
   CaptureProblem p;
   p.name = "stretched";
@@ -250,7 +250,7 @@ TEST(StretchedArms, StraightAndNearlyStraight) {
   EXPECT_GT(through, 0);
 }
 
-// Two coincident arms that grasp at one point: every row twice. Rigid hands on bent arms reach a configuration where
+// Two coincident arms grasp at one point: each row occurs twice. Rigid grasps on bent arms reach a configuration where
 // the rank drops: for most bends the run stops there with an error; if a step skips it, the conservation checks fail.
 TEST(StretchedArms, TwoGraspsAtOnePoint) {
   SKIP_UNDER_SANITIZERS();
@@ -271,11 +271,11 @@ TEST(StretchedArms, TwoGraspsAtOnePoint) {
 // The target pulls bent arms straight, to the stretched configuration and out of it again.
 TEST(StretchedArms, DepartingTargetStretchesArms) {
   for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge}) {
-    CaptureProblem p = stretched(0.6, 0.5, model, false);  // flies away until the arms are stretched, and further
+    CaptureProblem p = stretched(0.6, 0.5, model, false);  // moves away until the arms are stretched, and beyond
     p.post_impact->duration = 20;
     const CaptureResult r = simulate_capture(p);
     answered(p, r);
-    // It does get there: from 0.5 rad to less than a tenth of it.
+    // The second joint moves from 1 rad to less than 0.1 rad: the arm is nearly straight.
     double least = 1;
     for (std::size_t s = 0; s < r.series.time.size(); ++s)
       least = std::min(least, std::abs(value_at(r, "joints/position", s, 1)));
@@ -285,7 +285,7 @@ TEST(StretchedArms, DepartingTargetStretchesArms) {
 
 // --- Drives against loops
 
-// A waist that follows its path exactly while both arms on it hold one target, and a joint of a third arm: only settled
+// A waist and the joints of a third arm follow their trajectories exactly while two arms hold one target. Only settled
 // joints are overpowered, so there is no contradiction.
 TEST(DrivesAgainstLoops, OtherPrescribedMotionsContinue) {
   for (int index = 100; index < 104; ++index) {

@@ -1,5 +1,5 @@
-/// Grasps that close one after the other, at stated times or on arrival, and grasps that are released: what each event
-/// keeps.
+/// Grasps that close one after the other, at stated times or on arrival, and released grasps: the quantities that each
+/// event conserves.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace grapnel::testing {
 namespace staged_grasps_test {
 
-// Neither approach nor loads: total momenta never change.
+// Without external loads the total momenta are constant.
 void expect_constant_momenta(const CaptureResult& r) {
   const Vector3d p = vector_at(r, "system/linear_momentum", 0), l = vector_at(r, "system/angular_momentum", 0);
   EXPECT_GT(norm(p), 0.1);
@@ -19,8 +19,8 @@ void expect_constant_momenta(const CaptureResult& r) {
   }
 }
 
-// From the two samples of an impact: energy lost is half the sum over the grasps of the impulse times the relative
-// velocity there before (which each new grasp has, and old ones do not).
+// The energy change in an impact is half the sum over the grasps of the impulse times the relative velocity before the
+// impact. Grasps that were closed before have no relative velocity.
 void expect_energy_identity(const CaptureResult& r, const ImpactReport& i) {
   double work = 0;
   for (const GraspImpulse& g : i.grasps)
@@ -56,13 +56,13 @@ TEST(SecondGraspLater, ImpactOfJoinedSystem) {
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
     for (const ImpactReport& i : r.later_impacts) {
       expect_energy_identity(r, i);
-      // Old grasps have no relative motion before, and pass on part of the blow.
+      // Existing grasps have no relative motion before the impact and transmit part of the impulse.
       EXPECT_LT(norm(i.grasps[0].relative_velocity_before), 1e-11);
       EXPECT_LT(norm(i.grasps[0].relative_angular_velocity_before), 1e-11);
       EXPECT_GT(norm(i.grasps.back().relative_velocity_before), 1e-3);
       EXPECT_GT(norm(i.grasps[0].impulse), 1e-3);
     }
-    // Each grasp keeps what it found when it closed, through all later events.
+    // Each grasp maintains its relative pose at closing through all later events.
     const char* phases[] = {"post_impact", "post_impact_2", "post_impact_3"};
     for (std::size_t g = 0; g < 3; ++g) {
       const Opening o = opening(p, r, g, first_sample(r, phases[g]), r.series.time.size() - 1);
@@ -71,19 +71,19 @@ TEST(SecondGraspLater, ImpactOfJoinedSystem) {
       EXPECT_NEAR(r.grasps[g].time, 1.5 * static_cast<double>(g), 1e-12);
       EXPECT_TRUE(r.grasps[g].captured);
     }
-    // Places do not jump in an impact; the motion does.
+    // Positions are continuous in an impact; velocities are not.
     EXPECT_LT(jump(r, "post_impact", "contact_2", true), 1e-11);
     EXPECT_LT(jump(r, "contact_2", "post_impact_2", true), 1e-11);
     EXPECT_LT(jump(r, "post_impact", "post_impact_2", false), 1e-11);
     EXPECT_GT(jump(r, "post_impact", "post_impact_2", true), 1e-3);
-    // The loops are the grasps beyond the first.
+    // Each grasp after the first closes a loop.
     ASSERT_EQ(r.loops.size(), 2u);
     EXPECT_EQ(r.loops[0].phase, "post_impact_2");
     EXPECT_EQ(r.loops[1].closures.size(), 2u);
   }
 }
 
-// Two grasps half a second apart on one target, a third on another target that is captured later.
+// Two grasps on one target, 1 s apart; a third grasp captures another target 0.5 s later.
 TEST(SecondGraspLater, OnAnotherTarget) {
   const CaptureProblem p = staged({0, 0, 1}, {0, 1, 1.5}, 45, 3);
   const CaptureResult r = simulate_capture(p);
@@ -93,7 +93,7 @@ TEST(SecondGraspLater, OnAnotherTarget) {
   EXPECT_EQ(r.later_impacts[1].rows, 18);
   expect_energy_identity(r, r.later_impacts[1]);
   EXPECT_LT(opening(p, r, 2, first_sample(r, "post_impact_3"), r.series.time.size() - 1).position, 2e-12);
-  // Free until then: it turns at constant momentum about its own centre.
+  // The target is free until then: its linear momentum is constant.
   const Vector3d h = vector_at(r, "targets/target1/linear_momentum", 0);
   EXPECT_LT(norm(vector_at(r, "targets/target1/linear_momentum", last_sample(r, "post_impact_2")) - h),
             1e-11 * norm(h));
@@ -113,7 +113,7 @@ TEST(SecondGraspLater, MissedCaptureLeavesOpenChain) {
   EXPECT_FALSE(r.grasps[1].captured);
   EXPECT_NE(r.grasps[1].reason.find("outside the envelope: distance"), std::string::npos) << r.grasps[1].reason;
   EXPECT_NEAR(r.grasps[1].time, 1, 1e-12);
-  // As if it had never been meant to.
+  // The result equals that without this grasp.
   p.grasps.pop_back();
   const CaptureResult alone = simulate_capture(p);
   const Vector3d a = vector_at(r, "targets/target0/position", r.series.time.size() - 1),
@@ -150,7 +150,7 @@ TEST(GraspsInTheApproach, OtherArmsFollowTrajectories) {
     EXPECT_NEAR(r.impact->time, 1, 1e-12);
     EXPECT_NEAR(r.later_impacts[0].time, 2, 1e-12);
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
-    // Ideal drives keep the rates of the arms that do not grasp yet, with any effort; the others are overpowered.
+    // Ideal drives hold the rates of arms that have not grasped yet, with any effort; the others are overpowered.
     for (std::size_t j = 0; j < 18; ++j) {
       const double first = r.impact->joint_velocity_change[j], second = r.later_impacts[0].joint_velocity_change[j];
       if (j >= 6) {
@@ -163,7 +163,7 @@ TEST(GraspsInTheApproach, OtherArmsFollowTrajectories) {
         EXPECT_GT(std::abs(first), 1e-7) << j;
       }
     }
-    // Until their own grasp these joints are on their paths.
+    // Until their own grasp these joints follow their trajectories.
     for (std::size_t s = 0; s <= last_sample(r, "approach_3"); ++s) {
       const std::vector<double> q = joints_at(r, "joints/position", s),
                                 to = joints_at(r, "joints/reference_position", s);
@@ -193,7 +193,7 @@ TEST(GraspsInTheApproach, AllCloseBeforeOrAfterEnd) {
   ASSERT_TRUE(late.impact);
   EXPECT_NEAR(late.impact->time, 3.5, 1e-12);
   EXPECT_EQ(late.later_impacts.size(), 2u);
-  // At the approach's very end, and at the run's.
+  // At the end of the approach, and at the end of the run.
   const CaptureResult edge = simulate_capture(approaching({3, 5, 0}, 54));
   expect_passes(edge);
   ASSERT_EQ(edge.grasps.size(), 3u);
@@ -221,7 +221,8 @@ TEST(GraspsInTheApproach, WithOverpoweredDrives) {
 
 // --- On arrival
 
-// Two stub arms with motors that hold them, 0.6 m apart; a bar whose end A is at hand 1 turns about it towards hand 2.
+// Two stub arms, 0.6 m apart, whose motors hold the joints. A bar with one end at the first end-effector rotates about
+// it towards the second.
 CaptureProblem swinging_bar(double approach) {
   CaptureProblem p;
   p.name = "swinging bar";
@@ -263,7 +264,7 @@ CaptureProblem swinging_bar(double approach) {
     p.approach->final_position = p.joint_position;
     p.grasps[0].closes = GraspSetup::Closes::at_time;
     p.grasps[0].closes_at = 0.5;
-    // Free before that, it drifts so that its end is near hand 1 then.
+    // The bar is free before that; its drift brings its end near the first end-effector.
     p.targets[0].V_WT.linear = {0.05, 0, 0};
     p.targets[0].X_WT.p = p.targets[0].X_WT.p - Vector3d{0.02, 0, 0};
   }
@@ -290,7 +291,7 @@ TEST(OnArrival, ClosesAtEdgeOfEnvelope) {
   EXPECT_NEAR(r.later_impacts[0].grasps[1].gap, 0.01, 1e-9);
   expect_energy_identity(r, r.later_impacts[0]);
   expect_constant_momenta(r);
-  // It was further off at every sample before.
+  // The distance is larger at every earlier sample.
   for (std::size_t s = 0; s < last_sample(r, "post_impact"); ++s)
     EXPECT_GT(value_at(r, "grasps/hand1/distance", s), 0.01);
   const Opening o = opening(p, r, 1, first_sample(r, "post_impact_2"), r.series.time.size() - 1);
@@ -333,14 +334,14 @@ TEST(OnArrival, ClosesImmediatelyInsideEnvelope) {
   EXPECT_TRUE(r.grasps[1].captured);
 }
 
-// --- Letting go
+// --- Release
 
-TEST(Release, KeepsMotion) {
+TEST(Release, PreservesMotion) {
   for (int index = 60; index < 64; ++index) {
     SCOPED_TRACE(seed_note(index));
     CaptureProblem p =
         random_loops({{0, 0, 0}, {GraspModel::rigid, GraspModel::hinge, GraspModel::rigid}, 6, 0.2, 6}, index);
-    // First the hand that carries the target in the tree: another takes over; then all remaining ones.
+    // First the end-effector that carries the target in the tree, which another replaces; then all others.
     p.post_impact->releases = {{1, {"hand0"}}, {3, {}}};
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
@@ -365,8 +366,8 @@ TEST(Release, KeepsMotion) {
     const Vector3d h = vector_at(r, "targets/target0/linear_momentum", free);
     EXPECT_LT(norm(vector_at(r, "targets/target0/linear_momentum", r.series.time.size() - 1) - h),
               1e-12 * (1 + norm(h)));
-    const auto holds = [&](const char* hand, std::size_t s) {
-      return value_at(r, std::string("grasps/") + hand + "/holds", s);
+    const auto holds = [&](const char* end_effector, std::size_t s) {
+      return value_at(r, std::string("grasps/") + end_effector + "/holds", s);
     };
     EXPECT_EQ(holds("hand0", taken - 1), 1);
     EXPECT_EQ(holds("hand0", taken), 0);
@@ -403,7 +404,7 @@ TEST(Release, GraspClosesAfterRelease) {
   EXPECT_LT(opening(p, r, 1, first_sample(r, "post_impact_3"), r.series.time.size() - 1).position, 2e-12);
 }
 
-// At one instant: what closes then closes first.
+// If one grasp closes and another is released at one instant, the closing comes first.
 TEST(Release, AtClosingInstantOfAnotherGrasp) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 67, 4);
   p.post_impact->releases = {{2, {"hand0"}}};

@@ -14,7 +14,7 @@ CaptureProblem scene() {
   return load_scenario(std::string(GRAPNEL_SOURCE_DIR) + "/tests/capture/data/two-arms-without-mobility.yaml");
 }
 
-// A torque turns the whole; the loads of the structure do not depend on the friction, which the loop leaves open.
+// A torque rotates the system. The loop leaves the friction undetermined; the structure's loads do not depend on it.
 TEST(StuckStructure, ReportsUndeterminedFrictionWithinBreakaway) {
   const CaptureResult r = simulate_capture(scene());
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -31,7 +31,7 @@ TEST(StuckStructure, ReportsUndeterminedFrictionWithinBreakaway) {
     EXPECT_LE(std::abs(value_at(r, "joints/friction", i, friction.width() - 1)), 0.02);
 }
 
-// A joint without friction at rest is no stuck joint.
+// A joint at rest without friction is not stuck.
 TEST(StuckStructure, ZeroFrictionHoldsNothing) {
   CaptureProblem p = scene();
   for (BodyDescription& body : p.robot.bodies) {

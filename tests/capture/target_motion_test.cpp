@@ -7,7 +7,7 @@
 namespace grapnel::testing {
 namespace target_motion_test {
 
-// A triaxial body that tumbles, its centre of mass off its frame.
+// A tumbling triaxial body; its centre of mass is not at the origin of its frame.
 TargetSetup tumbler() {
   TargetSetup t;
   t.name = "tumbler";
@@ -29,7 +29,7 @@ double difference(const TargetMotion& a, const TargetMotion& b) {
 
 TEST(TargetMotion, FreeMotionMatchesIntegration) {
   const Vector3d gravity{0.01, -0.02, 0.005};
-  LoadSetup nothing;  // a load, if of no force: the general way
+  LoadSetup nothing;  // a load of zero force selects the general integration
   nothing.body = target_body_name("tumbler");
   IntegrationSetup tight;
   tight.relative_tolerance = 1e-13, tight.absolute_tolerance = 1e-14;
@@ -49,7 +49,7 @@ TEST(TargetMotion, ForwardAndBackwardForAnyTolerance) {
   const TargetMotion back = propagate_target(tumbler(), there, 30, 0, Vector3d::zero(), coarse);
   EXPECT_LT(difference(back, start()), 1e-12);
   std::printf("[ measured ] there and back: %.2g\n", difference(back, start()));
-  // Angular momentum and energy are those of the start.
+  // Angular momentum and energy equal those at the start.
   const auto momentum = [](const TargetMotion& m) {
     return m.X_WT.R * (tumbler().inertia * transposed_times(m.X_WT.R, m.V_WT.angular));
   };

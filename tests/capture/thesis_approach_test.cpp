@@ -1,4 +1,4 @@
-/// Approaches whose numbers are known from tools written before this project (thesis-facts).
+/// Approaches with reference values from tools written before this project (thesis-facts).
 
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST(ThesisApproach, IdealTrackingMatchesThesisEnd) {
   EXPECT_NEAR(end.end_effectors[1].position[1], 1.4571, 0.6e-4);
   EXPECT_EQ(end.time, 20);
   EXPECT_LT(norm(end.base.velocity) + norm(end.base.angular_velocity), 1e-12);  // at rest again
-  // Table 4.4: where it starts.
+  // Table 4.4: initial positions.
   EXPECT_NEAR(r.approach_start->end_effectors[0].position[0], 2.894, 0.6e-3);
   EXPECT_NEAR(r.approach_start->end_effectors[1].position[0], -2.894, 0.6e-3);
 }
@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(Thesis, FixedPoint,
                                                    0.690432}),
                          [](const auto& test) { return test.param.name; });
 
-// With these angles and the rates found here the tips arrive at the grasp points, moving with them.
+// With these angles and the computed rates the tips reach the grasp points at their velocities.
 TEST_P(FixedPoint, ReachesGraspPoints) {
   const Planned& planned = GetParam();
   CaptureProblem p = thesis_case();
@@ -119,10 +119,10 @@ TEST_P(FixedPoint, ReachesGraspPoints) {
     std::printf("[ measured ] miss %.3g, relative velocity %.3g\n", e.miss_distance, norm(e.relative_velocity));
   }
   for (std::size_t j = 0; j < 6; ++j) EXPECT_EQ(end.joints.velocity[j], r.plan->final_rates[j]);
-  // Matched motion, no impact: only the target's unmatched spin remains.
+  // Matched twists give no impulse; matched velocities leave the impulse of the target's spin.
   for (const GraspImpulse& g : r.impact->grasps) {
     if (planned.match == RateMatch::twist) {
-      EXPECT_LT(g.impulse_magnitude, 3e-6);  // of the angles' six digits; measured 1.3e-06
+      EXPECT_LT(g.impulse_magnitude, 3e-6);  // due to the six digits of the angles; measured 1.3e-06
     } else {
       EXPECT_GT(g.impulse_magnitude, 0.05);
     }

@@ -24,9 +24,9 @@ TEST_P(OpenLoop, LedgerPasses) {
   EXPECT_EQ(r.post_impact_end->time, 70);
   EXPECT_EQ(r.impact->rank, 12);
   ASSERT_TRUE(r.impact->as_published);
-  // The total is that of the targets alone, in case 2 nothing; what is exchanged is not.
+  // The total momentum is that of the targets alone, zero in case 2; the exchanged momentum is not zero.
   EXPECT_GT(norm(vector_at(r, "targets/target-1/linear_momentum", first_sample(r, "post_impact"))), 0.01);
-  EXPECT_GT(r.impact->as_published->angular_momentum_error, 1e-3);  // the published formulas lose some
+  EXPECT_GT(r.impact->as_published->angular_momentum_error, 1e-3);  // the published formulas do not conserve it
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_GT(r.impact->grasps[i].impulse_magnitude, 0.01);
     EXPECT_LT(r.impact->grasps[i].impulse_magnitude, 0.5);
@@ -46,7 +46,7 @@ TEST(OpenLoopCase1, ImpulseHasThesisOrderOfMagnitude) {
   EXPECT_NEAR(r.approach_end->end_effectors[1].miss_distance, 0.06, 0.01);
 }
 
-// The file equals this test's own description of the case.
+// The scenario file equals the problem built in this test.
 TEST(OpenLoopCase1, FileEqualsTestProblem) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem written = thesis_case_pd();

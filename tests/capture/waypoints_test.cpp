@@ -1,5 +1,5 @@
-/// The approach: waypoints, the final straight approach, motions from samples. Passing points are computed here from
-/// the time series.
+/// The approach: waypoints, the final straight approach, sampled motions. The passed points are computed here from the
+/// time series.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ namespace waypoints_test {
 
 using ::testing::HasSubstr;
 
-// The thesis's robot with targets that turn and drift, a plan for the end and quintic pieces.
-CaptureProblem on_the_way() {
+// The thesis's robot with rotating and drifting targets, a plan for the end, and quintic segments.
+CaptureProblem quintic_plan() {
   CaptureProblem p = thesis_case();
   p.impact.reset();
   p.approach->profile = JointProfile::quintic;
@@ -30,8 +30,8 @@ CaptureProblem on_the_way() {
   return p;
 }
 
-// Positions and rates of the joints do not jump: over an interval h a joint moves by h times its mean rate, less than
-// its curvature allows.
+// Joint positions and rates are continuous: over an interval h a joint moves by h times its mean rate, up to a
+// curvature term of order h^3.
 void expect_continuous(const CaptureResult& r) {
   const double eps = 1e-9;
   for (std::size_t s = 1; s < r.series.time.size(); ++s) {
@@ -48,7 +48,7 @@ void expect_continuous(const CaptureResult& r) {
 }
 
 TEST(Waypoints, JointWaypointsPassedWithRates) {
-  CaptureProblem p = on_the_way();
+  CaptureProblem p = quintic_plan();
   p.output_interval = 0.05;
   p.approach->waypoints.resize(2);
   p.approach->waypoints[0].time = 6, p.approach->waypoints[1].time = 13.5;
@@ -68,26 +68,27 @@ TEST(Waypoints, JointWaypointsPassedWithRates) {
     }
   }
   for (std::size_t g = 0; g < 2; ++g) {
-    const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+    const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
     EXPECT_LT(m.distance(), 1e-9);
     EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
   }
 }
 
-// Where an end-effector is and how fast it moves in a target's frame.
+// Position and velocity of an end-effector in a target's frame.
 struct Place {
   Vector3d position, velocity;
 };
-Place in_target(const CaptureResult& r, const std::string& hand, const std::string& target, std::size_t s) {
+Place in_target(const CaptureResult& r, const std::string& end_effector, const std::string& target, std::size_t s) {
   const Posed X_WT = pose_at(r, "targets/" + target, s);
   const Twistd V_WT = twist_at(r, "targets/" + target, s);
-  const Vector3d arm = vector_at(r, "end_effectors/" + hand + "/position", s) - X_WT.p;
-  const Vector3d v = vector_at(r, "end_effectors/" + hand + "/velocity", s) - V_WT.linear - cross(V_WT.angular, arm);
+  const Vector3d arm = vector_at(r, "end_effectors/" + end_effector + "/position", s) - X_WT.p;
+  const Vector3d v =
+      vector_at(r, "end_effectors/" + end_effector + "/velocity", s) - V_WT.linear - cross(V_WT.angular, arm);
   return {transposed_times(X_WT.R, arm), transposed_times(X_WT.R, v)};
 }
 
 CaptureProblem places() {
-  CaptureProblem p = on_the_way();
+  CaptureProblem p = quintic_plan();
   for (int w = 0; w < 3; ++w) {
     Waypoint point;
     point.time = 5 + 4.5 * w;
@@ -126,13 +127,13 @@ TEST(Waypoints, PositionWaypointsPassedInTheirFrames) {
   expect_passes(r);
   EXPECT_TRUE(r.warnings.empty());
   expect_places(p, r, 1e-9);
-  for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(meeting(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
+  for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(grasp_error(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
   p.output_interval = 0.05;
   expect_continuous(simulate_capture(p));
 }
 
 TEST(Waypoints, UnreachableNamedWithTime) {
-  CaptureProblem p = on_the_way();
+  CaptureProblem p = quintic_plan();
   Waypoint w;
   w.time = 6.5;
   w.places = {{"tip-1", "", {9, 9, 0}, {0, 0, 0}}};
@@ -144,7 +145,7 @@ TEST(Waypoints, UnreachableNamedWithTime) {
   EXPECT_TRUE(r.plan);
 }
 
-// Loads and attitude control disturb the whole way, not only its end.
+// Loads and attitude control disturb the whole trajectory, not only its end.
 TEST(Waypoints, PositionWaypointsUnderAttitudeControlAndLoads) {
   SKIP_UNDER_SANITIZERS();
   for (double gain : {2.0, 30.0}) {
@@ -160,7 +161,7 @@ TEST(Waypoints, PositionWaypointsUnderAttitudeControlAndLoads) {
     expect_passes(r);
     EXPECT_TRUE(r.warnings.empty());
     expect_places(p, r, 1e-9);
-    for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(meeting(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
+    for (std::size_t g = 0; g < 2; ++g) EXPECT_LT(grasp_error(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
   }
 }
 
@@ -176,7 +177,7 @@ TEST(MatchWithoutPlan, HoldsUnderAttitudeControlOrReportsError) {
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     double off = 0;
     for (std::size_t g = 0; g < 2; ++g) {
-      const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+      const GraspError m = grasp_error(p, r, g, last_sample(r, "approach"));
       off = std::max(off, norm(m.relative_velocity()) + norm(m.relative_spin()));
     }
     std::printf("[ measured ] gain %g: rates off by %.3g, warnings %zu\n", gain, off, r.warnings.size());
@@ -186,15 +187,15 @@ TEST(MatchWithoutPlan, HoldsUnderAttitudeControlOrReportsError) {
   EXPECT_GE(held, 1);
 }
 
-// --- Straight in ----------------------------------------------------------------------------------------------------
+// --- Final straight approach ----------------------------------------------------------------------------------------
 
 CaptureProblem straight(GraspSetup::Orientation orientation) {
-  CaptureProblem p = on_the_way();
+  CaptureProblem p = quintic_plan();
   p.approach->match.reset();
   p.approach->straight_in = StraightIn{0.3, 6, 0.02};
   p.targets[0].grasp_points[0].approach_direction = Vector3d{0.8, -0.6, 0};
   p.targets[1].grasp_points[0].approach_direction = Vector3d{-0.6, 0.8, 0};
-  // The targets tumble a little faster, one of them with its centre of mass off its frame.
+  // The targets rotate slightly faster; the centre of mass of one is not at the origin of its frame.
   p.targets[0].V_WT.angular = {0, 0, 0.12};
   p.targets[1].V_WT.angular = {0, 0, -0.1};
   p.targets[1].com = {0.1, 0.05, 0};
@@ -219,9 +220,9 @@ void expect_straight(const CaptureProblem& p, const CaptureResult& r) {
     double before = in.stand_off + 1e-9;
     for (std::size_t s = first; s <= last; ++s) {
       const Place at = in_target(r, p.grasps[g].end_effector, p.targets[g].name, s);
-      const Vector3d way = point.X_TG.p - at.position;
-      const double distance = dot(way, direction);
-      EXPECT_LT(line.note(norm(way - distance * direction), static_cast<int>(s)), 1e-8);
+      const Vector3d offset = point.X_TG.p - at.position;
+      const double distance = dot(offset, direction);
+      EXPECT_LT(line.note(norm(offset - distance * direction), static_cast<int>(s)), 1e-8);
       EXPECT_LT(norm(at.velocity - dot(at.velocity, direction) * direction), 1e-8);
       EXPECT_LE(distance, before + 1e-9);
       before = distance;
@@ -234,16 +235,16 @@ void expect_straight(const CaptureProblem& p, const CaptureResult& r) {
         EXPECT_LT(norm(at.velocity - in.final_speed * direction), 1e-8);
       }
       if (p.grasps[g].orientation == GraspSetup::Orientation::axis) {
-        EXPECT_LT(axis.note(meeting(p, r, g, s).axis_angle(), static_cast<int>(s)), 1e-8);
+        EXPECT_LT(axis.note(grasp_error(p, r, g, s).axis_angle(), static_cast<int>(s)), 1e-8);
       }
       if (p.grasps[g].orientation == GraspSetup::Orientation::pose) {
-        EXPECT_LT(axis.note(meeting(p, r, g, s).pose_angle(), static_cast<int>(s)), 1e-8);
+        EXPECT_LT(axis.note(grasp_error(p, r, g, s).pose_angle(), static_cast<int>(s)), 1e-8);
       }
     }
   }
 }
 
-TEST(StraightInPiece, FollowsLineInTargetFrame) {
+TEST(FinalStraightApproach, FollowsLineInTargetFrame) {
   SKIP_UNDER_SANITIZERS();
   for (GraspSetup::Orientation o :
        {GraspSetup::Orientation::free, GraspSetup::Orientation::axis, GraspSetup::Orientation::pose}) {
@@ -264,7 +265,7 @@ TEST(StraightInPiece, FollowsLineInTargetFrame) {
   }
 }
 
-TEST(StraightInPiece, UnderGravityWithHeldBaseAndAfterAWaypoint) {
+TEST(FinalStraightApproach, UnderGravityWithHeldBaseAndAfterAWaypoint) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   p.gravity = {0.001, -0.002, 0};
   p.momentum.reset();
@@ -284,8 +285,8 @@ TEST(StraightInPiece, UnderGravityWithHeldBaseAndAfterAWaypoint) {
   expect_straight(p, r);
 }
 
-// A target that a load turns and pushes: the piece is planned for the motion that it then has, or it is said that not.
-TEST(StraightInPiece, StraightToLoadedTargetOrReportsDeviation) {
+// A load rotates and pushes the target: the plan includes the resulting motion or warns.
+TEST(FinalStraightApproach, StraightToLoadedTargetOrReportsDeviation) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   LoadSetup load;
   load.body = "target:target-1";
@@ -293,12 +294,12 @@ TEST(StraightInPiece, StraightToLoadedTargetOrReportsDeviation) {
   p.loads = {load};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  const double miss = meeting(p, r, 0, last_sample(r, "approach")).distance();
+  const double miss = grasp_error(p, r, 0, last_sample(r, "approach")).distance();
   std::printf("[ measured ] miss %.3g m, %zu warnings\n", miss, r.warnings.size());
   EXPECT_TRUE(miss < 1e-8 || !r.warnings.empty());
 }
 
-TEST(StraightInPiece, PastASingularityWarns) {
+TEST(FinalStraightApproach, PastASingularityWarns) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   p.targets[0].V_WT = p.targets[1].V_WT = Twistd::zero();
@@ -319,7 +320,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
       continue;
     }
     expect_passes(r);
-    const double miss = meeting(p, r, 0, last_sample(r, "approach")).distance();
+    const double miss = grasp_error(p, r, 0, last_sample(r, "approach")).distance();
     std::printf("[ measured ] reach %.2f m: miss %.3g m, singular value %.3g\n", reach, miss,
                 r.plan->straight_in->smallest_singular_value);
     EXPECT_EQ(warns(r, "singularity"), r.plan->straight_in->damped);
@@ -332,7 +333,7 @@ TEST(StraightInPiece, PastASingularityWarns) {
 
 // --- Samples --------------------------------------------------------------------------------------------------------
 
-TEST(SampledWay, FollowsSamplesWithRates) {
+TEST(SampledTrajectory, FollowsSamplesWithRates) {
   for (bool with_rates : {false, true}) {
     CaptureProblem p = thesis_case();
     p.impact.reset();

@@ -1,5 +1,5 @@
-/// What a plan allows reaction wheels that keep the base's attitude to hold, from the run that flies it: momenta by its
-/// own record of the wheels' rates.
+/// Momentum budget of reaction wheels that hold the base's attitude, checked in simulations of the plans: wheel momenta
+/// from the recorded wheel rates.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using Objective = PlanSetup::Objective;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-// Four wheels at a bias keep the base's attitude while an arm of six joints reaches for a handle.
+// Four wheels with bias rates hold the base's attitude while a six-joint arm reaches for a handle.
 CaptureProblem reaching() {
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml");
   p.impact.reset(), p.post_impact.reset();
@@ -31,15 +31,15 @@ CaptureProblem reaching() {
 }
 PlanSetup& plan_of(CaptureProblem& p) { return *p.approach->plan; }
 
-CaptureResult flown(const CaptureProblem& p) {
+CaptureResult simulated(const CaptureProblem& p) {
   CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_TRUE(r.plan && r.plan->found);
-  EXPECT_LT(meeting(p, r, 0, last_sample(r, "approach")).distance(), 1e-8);
+  EXPECT_LT(grasp_error(p, r, 0, last_sample(r, "approach")).distance(), 1e-8);
   return r;
 }
 
-// Largest share of each wheel's momentum in the run.
+// Largest share of each wheel's momentum capacity in the run.
 std::vector<double> shares(const CaptureProblem& p, const CaptureResult& r) {
   std::vector<double> largest(p.robot.wheels.size());
   for (std::size_t i = 0; i <= last_sample(r, "approach"); ++i) {
@@ -60,36 +60,36 @@ TEST(WheelBudget, HoldsInSimulation) {
   CaptureProblem p = reaching();
   for (const bool turns_to_speeds : {false, true}) {
     SCOPED_TRACE(turns_to_speeds);
-    // Motion of the wheels that gives no torque counts too.
+    // Null-space motion of the wheels, without torque on the base, also counts.
     if (turns_to_speeds) {
       p.approach->base_control->wheel_speed_rate = 0.05;
       p.approach->base_control->wheel_speeds = {45, -45, 45, -45};
     }
     plan_of(p).wheel_momentum.reset();
-    const double direct = largest_share(p, flown(p));
+    const double direct = largest_share(p, simulated(p));
     plan_of(p).wheel_momentum = 0.9 * direct;
-    const CaptureResult r = flown(p);
+    const CaptureResult r = simulated(p);
     std::printf("[ measured ] %.6f of what wheels can hold, %.6f allowed, %.6f without that, %d knots\n",
-                largest_share(p, r), 0.9 * direct, direct, r.plan->way->knots);
+                largest_share(p, r), 0.9 * direct, direct, r.plan->path->knots);
     EXPECT_LT(largest_share(p, r), 0.9 * direct + 1e-4);
-    EXPECT_GT(largest_share(p, r), 0.9 * direct - 1e-2);  // it gives away no more than it has to
+    EXPECT_GT(largest_share(p, r), 0.9 * direct - 1e-2);  // the constraint is active
     const std::vector<double> in_run = shares(p, r);
-    ASSERT_EQ(r.plan->way->wheels.size(), in_run.size());
+    ASSERT_EQ(r.plan->path->wheels.size(), in_run.size());
     for (std::size_t w = 0; w < in_run.size(); ++w) {
-      EXPECT_EQ(r.plan->way->wheels[w].wheel, p.robot.wheels[w].name);
-      EXPECT_NEAR(r.plan->way->wheels[w].share, in_run[w], 1e-3);
+      EXPECT_EQ(r.plan->path->wheels[w].wheel, p.robot.wheels[w].name);
+      EXPECT_NEAR(r.plan->path->wheels[w].share, in_run[w], 1e-3);
     }
   }
 }
 
-// A base that turns slightly under control without feeding forward takes a little of the momentum.
+// Without feedforward the controlled base rotates slightly and takes a small part of the momentum.
 TEST(WheelBudget, HoldsToControllerAccuracy) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = reaching();
   p.approach->base_control->feedforward = false;
-  const double direct = largest_share(p, flown(p));
+  const double direct = largest_share(p, simulated(p));
   plan_of(p).wheel_momentum = 0.9 * direct;
-  const CaptureResult r = flown(p);
+  const CaptureResult r = simulated(p);
   std::printf("[ measured ] %.4f of what wheels can hold, %.4f allowed, %.4f without that\n", largest_share(p, r),
               0.9 * direct, direct);
   EXPECT_NEAR(largest_share(p, r), 0.9 * direct, 0.05 * direct);
@@ -97,15 +97,15 @@ TEST(WheelBudget, HoldsToControllerAccuracy) {
               ::testing::Contains(HasSubstr("a robot that holds its base's attitude exactly; the simulated")));
 }
 
-// Wheels whose momenta do not add up to none at the start, so that what there is belongs to no motion of the joints.
+// The initial wheel momenta have a nonzero sum, which no joint motion causes.
 TEST(WheelBudget, IncludesInitialMomentum) {
   CaptureProblem p = reaching();
   p.wheel_rate = {60, -10, 5, 30};
   plan_of(p).weights.emplace();
   plan_of(p).weights->excursion = 1, plan_of(p).weights->wheel_momentum = 1e-9;
-  const CaptureResult r = flown(p);
+  const CaptureResult r = simulated(p);
   const std::vector<double> in_run = shares(p, r);
-  for (std::size_t w = 0; w < in_run.size(); ++w) EXPECT_NEAR(r.plan->way->wheels[w].share, in_run[w], 1e-3);
+  for (std::size_t w = 0; w < in_run.size(); ++w) EXPECT_NEAR(r.plan->path->wheels[w].share, in_run[w], 1e-3);
   EXPECT_GT(in_run[0], 0.55);
 }
 
@@ -124,9 +124,9 @@ TEST(WheelBudget, ObjectiveIsMinimalAndMatchesRun) {
     }
     return sum / static_cast<double>(end);
   };
-  const double direct = in_run(flown(p));
+  const double direct = in_run(simulated(p));
   plan_of(p).objective = Objective::wheel_momentum, plan_of(p).knots = 2;
-  const CaptureResult r = flown(p);
+  const CaptureResult r = simulated(p);
   std::printf("[ measured ] %.6f, %.6f where joints move least\n", in_run(r), direct);
   EXPECT_NEAR(r.plan->objective_value, in_run(r), 1e-4 * in_run(r));
   EXPECT_LT(in_run(r), 0.8 * direct);
@@ -145,7 +145,7 @@ TEST(WheelBudget, InfeasibleBudgetReportsReason) {
   EXPECT_THAT(simulate_capture(p).failure, HasSubstr("approach.base_control is too weak to hold the attitude"));
 }
 
-// The controlled base comes to need a little more than the first plan allowed; the rest is planned all the same.
+// The controlled base needs slightly more momentum than the first plan allowed; replanning continues.
 TEST(WheelBudget, DoesNotEndReplanning) {
   SKIP_UNDER_SANITIZERS();
   CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml",
@@ -156,33 +156,33 @@ TEST(WheelBudget, DoesNotEndReplanning) {
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_GT(r.navigation.size(), 8u);
   for (const auto& replan : r.navigation) EXPECT_TRUE(replan.failure.empty()) << replan.failure;
-  const auto said = [&](const char* what) {
+  const auto count_of = [&](const char* what) {
     return std::count_if(r.warnings.begin(), r.warnings.end(),
                          [&](const std::string& w) { return w.find(what) != std::string::npos; });
   };
-  EXPECT_GE(said("replanned, wheel 'wheel-2' needs 0.09"), 1);
-  EXPECT_EQ(said("in a simulation with exact joint tracking"), 1);
+  EXPECT_GE(count_of("replanned, wheel 'wheel-2' needs 0.09"), 1);
+  EXPECT_EQ(count_of("in a simulation with exact joint tracking"), 1);
 }
 
 TEST(PlannedBase, HoldsAttitudeByGains) {
   BaseControlSetup control;
   const Symmetric3d inertia = Symmetric3d::diagonal(100, 200, 300);
-  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
+  EXPECT_FALSE(holds_attitude(control, inertia, 60));
   control.feedforward = true;
-  EXPECT_FALSE(keeps_attitude(control, inertia, 60));  // nothing brings it back
+  EXPECT_FALSE(holds_attitude(control, inertia, 60));  // no restoring torque
   control.kp = {0.1, 0.1, 0}, control.kd = {0, 0, 1e-3};
-  EXPECT_TRUE(keeps_attitude(control, inertia, 60));
+  EXPECT_TRUE(holds_attitude(control, inertia, 60));
   control.kd = {0, 0, 0};
-  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
+  EXPECT_FALSE(holds_attitude(control, inertia, 60));
   // J w^2 = 300 (2 pi/60)^2 = 3.29 N m
   control.feedforward = false, control.kp = {3.3, 3.3, 3.3};
-  EXPECT_TRUE(keeps_attitude(control, inertia, 60));
+  EXPECT_TRUE(holds_attitude(control, inertia, 60));
   control.kp[2] = 3.2;
-  EXPECT_FALSE(keeps_attitude(control, inertia, 60));
-  EXPECT_TRUE(keeps_attitude(control, inertia, 61));
+  EXPECT_FALSE(holds_attitude(control, inertia, 60));
+  EXPECT_TRUE(holds_attitude(control, inertia, 61));
 }
 
-// What plans leave out is said.
+// Warnings name the effects that plans do not include.
 TEST(PlannedBase, WarnsOfThrustersAndStraightIn) {
   CaptureProblem p = reaching();
   EXPECT_THAT(plan_approach(p, plan_targets(p)).warnings,

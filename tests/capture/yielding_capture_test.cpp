@@ -26,15 +26,15 @@ int was_overpowered(const ImpactReport& impact) {
   return count;
 }
 
-// What the report says about each drive is what the joint's velocity did, and its work what the energy did.
-void expect_told(const CaptureResult& r, const ImpactReport& impact) {
+// Each drive's reported rate change equals the joint's velocity change; the reported work equals the energy change.
+void expect_consistent_report(const CaptureResult& r, const ImpactReport& impact) {
   double work = 0;
   ASSERT_FALSE(impact.held_joints.empty());
   for (const HeldJoint& held : impact.held_joints) {
     const auto at = std::find(impact.joint_names.begin(), impact.joint_names.end(), held.joint);
     ASSERT_NE(at, impact.joint_names.end());
     const double jump = impact.joint_velocity_change[static_cast<std::size_t>(at - impact.joint_names.begin())];
-    EXPECT_NEAR(held.rate_after - held.commanded_rate, jump, 1e-13);  // told: the rate before
+    EXPECT_NEAR(held.rate_after - held.commanded_rate, jump, 1e-13);  // commanded: the rate before
     EXPECT_EQ(held.was_overpowered, std::abs(jump) > 1e-9) << held.joint;
     work += held.work;
   }
@@ -44,7 +44,7 @@ void expect_told(const CaptureResult& r, const ImpactReport& impact) {
   EXPECT_NEAR(impact.kinetic_energy_after - impact.kinetic_energy_before, work, 1e-11 * r.ledger.scale.energy);
 }
 
-// Two arms and three, redundant ones and such that cannot follow at all; joints free, held or braked afterwards.
+// Two or three arms, redundant or unable to follow the target; joints free, controlled or braked afterwards.
 TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
   int most = 0;
   for (const std::vector<int>& targets :
@@ -60,7 +60,7 @@ TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
         expect_passes(r);
         expect_finite(r);
         EXPECT_LT(row(r, "impact_constraint_residual").value, 1e-11);
-        expect_told(r, *r.impact);
+        expect_consistent_report(r, *r.impact);
         EXPECT_GT(was_overpowered(*r.impact), 0);
         most = std::max(most, was_overpowered(*r.impact));
         // The third arm has a separate target: its drives hold the prescribed rates.
@@ -79,7 +79,7 @@ TEST(YieldingDrives, LoopsCloseWithMomentumConserved) {
   EXPECT_GE(most, 14);
 }
 
-// Grasps that close one after the other: each later one makes the loop that its drives contradict.
+// Grasps close one after the other: each later grasp closes a loop that contradicts the drives.
 TEST(YieldingDrives, OverpoweredAtEachGrasp) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 240);
   for (std::size_t g = 1; g < 3; ++g)
@@ -87,16 +87,16 @@ TEST(YieldingDrives, OverpoweredAtEachGrasp) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_EQ(r.later_impacts.size(), 2u);
-  EXPECT_EQ(was_overpowered(*r.impact), 0);  // one arm alone holds what it likes
+  EXPECT_EQ(was_overpowered(*r.impact), 0);  // one arm alone forms no loop
   for (const HeldJoint& held : r.impact->held_joints) EXPECT_EQ(held.rate_after, held.commanded_rate);
   for (const ImpactReport& later : r.later_impacts) {
     EXPECT_GT(was_overpowered(later), 0);
-    expect_told(r, later);
+    expect_consistent_report(r, later);
   }
 }
 
-// The same while the others fly their approach exactly: these keep their paths.
-TEST(YieldingDrives, OtherDrivesKeepTrajectories) {
+// The same while the other arms track their approach exactly: these maintain their trajectories.
+TEST(YieldingDrives, OtherDrivesMaintainTrajectories) {
   CaptureProblem p = driven_loops({0, 0, 0}, 6, 250);
   p.approach.emplace();
   p.approach->duration = 1.5;
@@ -131,14 +131,14 @@ TEST(YieldingDrives, OverpoweredUnderOtherLaws) {
       p.impact->grasp = {1e5, 2e3, 5e3, 200};
       p.impact->compliant.longest = 0.2;
     } else if (law != Law::bilateral_restitution) {
-      // Two hands grasp; the third only touches, later, during the hold.
+      // Two end-effectors grasp; the third touches later, during the hold, without a grasp.
       p.grasps[2].contact = true;
       p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.1;
       p.targets[0].grasp_points[2].normal = Vector3d{0, 0, 1};
     }
     const CaptureResult r = simulate_capture(p);
     if (r.status != CaptureStatus::completed) {
-      // A contact gives a drive no way to go: with nothing else to yield it is refused.
+      // If grasps and held rates press a contact together and no body can move, the impact is rejected.
       EXPECT_THAT(r.failure, HasSubstr("held rates and grasps press it together"));
       EXPECT_TRUE(law == Law::restitution || law == Law::friction);
     }
@@ -146,7 +146,7 @@ TEST(YieldingDrives, OverpoweredUnderOtherLaws) {
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
     EXPECT_GT(was_overpowered(*r.impact), 0);
     if (law == Law::compliant) {
-      // Springs let the drives continue to pull until the end; then grasps are rigid and drives are overpowered.
+      // With springs the drives pull until the time limit; then grasps become rigid and overpower the drives.
       EXPECT_EQ(r.impact->compliant->end, "time_over");
       EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
     } else if (r.status == CaptureStatus::completed) {

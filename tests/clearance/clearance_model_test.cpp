@@ -130,9 +130,9 @@ TEST(ClearanceModel, WithoutPairsTheDistanceIsInfinite) {
   const Model model = arm();
   const ClearanceModel clearance(model, {{0, {}}, {1, kBall}});
   EXPECT_EQ(clearance.shapes().size(), 1U);
-  const Clearance least = clearance.minimum(forward_kinematics(model, zero_state(model)));
-  EXPECT_EQ(least.distance, INFINITY);
-  EXPECT_EQ(least.pair, -1);
+  const Clearance minimum = clearance.minimum(forward_kinematics(model, zero_state(model)));
+  EXPECT_EQ(minimum.distance, INFINITY);
+  EXPECT_EQ(minimum.pair, -1);
 }
 
 struct Case {
@@ -140,15 +140,15 @@ struct Case {
   ClearanceModel clearance;
   State state;
 };
-Case random_case(int index, int most_bodies, double most_size) {
+Case random_case(int index, int max_bodies, double max_size) {
   Random random(index);
   RobotOptions options;
-  options.most_bodies = most_bodies;
+  options.max_bodies = max_bodies;
   options.targets = 3;
   Case c{random_model(options, random), {}, {}};
   std::vector<BodyShape> shapes;
   for (int i = 0; i < static_cast<int>(c.model.bodies().size()); ++i) {
-    Geometry g = random_shape(kShapes[random.integer(0, 3)], 0.02, most_size, random);
+    Geometry g = random_shape(kShapes[random.integer(0, 3)], 0.02, max_size, random);
     g.X_BG = random_pose(0.2, random);
     shapes.push_back({i, g});
   }
@@ -163,22 +163,22 @@ TEST(ClearanceModel, BoundsExcludeOnlyMoreDistantPairs) {
     SCOPED_TRACE(seed_note(i));
     const Case c = random_case(i, 30, i % 2 == 0 ? 1 : 0.1);
     const Kinematics kinematics = forward_kinematics(c.model, c.state);
-    double least = INFINITY;
+    double smallest = INFINITY;
     for (int p = 0; p < static_cast<int>(c.clearance.pairs().size()); ++p) {
       const double d = c.clearance.distance(p, kinematics).distance;
       if (d > 0) {
         ASSERT_LE(c.clearance.lower_bound(p, kinematics), d + 1e-12);
       }
-      least = std::min(least, d);
+      smallest = std::min(smallest, d);
     }
     const Clearance found = c.clearance.minimum(kinematics);
-    ASSERT_EQ(found.distance, least);
+    ASSERT_EQ(found.distance, smallest);
     if (found.pair < 0) continue;
-    ++(least < 0 ? overlapping : apart);
+    ++(smallest < 0 ? overlapping : apart);
     const ClearancePair& pair = c.clearance.pairs()[found.pair];
     EXPECT_EQ(pair.body_a, found.body_a);
     EXPECT_EQ(pair.body_b, found.body_b);
-    EXPECT_NEAR(norm(found.point_b - found.point_a), std::abs(least), 1e-9);
+    EXPECT_NEAR(norm(found.point_b - found.point_a), std::abs(smallest), 1e-9);
   }
   EXPECT_GT(overlapping, 50);
   EXPECT_GT(apart, 50);

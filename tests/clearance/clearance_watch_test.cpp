@@ -43,14 +43,14 @@ TEST(ClearanceWatch, FindsPassageBetweenSamples) {
     const Vector3d n = random.direction(), common = random.vector(1);
     Vector3d v = cross(n, random.direction());
     v *= speed / norm(v);
-    const double t_c = random.uniform(1, 9), least = miss - 0.5, required = least + random.uniform(0.01, 0.3);
+    const double t_c = random.uniform(1, 9), minimum = miss - 0.5, required = minimum + random.uniform(0.01, 0.3);
     const std::vector<SteadyBody> bodies = {{random.vector(5), common, 0.3}, {{}, common + v, -0.2}};
     std::vector<SteadyBody> placed = bodies;
     placed[1].p = bodies[0].p + miss * n - t_c * v;
     const ClearanceWatch found = watch(model, clearance, placed, required, 0, 10, 9);
-    const MinimumClearance& l = found.least().at(0);
-    ASSERT_LT(distance.note(std::abs(l.distance - least), i), 1e-9);  // measured 2.4e-15
-    ASSERT_LT(time.note(std::abs(l.time - t_c), i), 1e-5);            // measured 8e-7
+    const MinimumClearance& l = found.minima().at(0);
+    ASSERT_LT(distance.note(std::abs(l.distance - minimum), i), 1e-9);  // measured 2.4e-15
+    ASSERT_LT(time.note(std::abs(l.time - t_c), i), 1e-5);              // measured 8e-7
     EXPECT_EQ(l.body_a, "a");
     EXPECT_EQ(l.body_b, "b");
     EXPECT_EQ(l.phase, "approach");
@@ -62,7 +62,7 @@ TEST(ClearanceWatch, FindsPassageBetweenSamples) {
     const double begin = std::max(0.0, t_c - half), end = std::min(10.0, t_c + half);
     ASSERT_LT(crossing.note(std::abs(events[0].begin_time - begin), i), 1e-8);  // measured 1.3e-13
     ASSERT_LT(crossing.note(std::abs(events[0].end_time - end), i), 1e-8);
-    EXPECT_NEAR(events[0].least.distance, least, 1e-9);
+    EXPECT_NEAR(events[0].minimum.distance, minimum, 1e-9);
     EXPECT_EQ(events[0].required, required);
     EXPECT_EQ(events[0].phase, "approach");
   }
@@ -75,9 +75,9 @@ TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
   const std::vector<SteadyBody> bodies = {
       {{0, 0, 0}, {}}, {{0.5, 0, 0}, {}}, {{-2, 10, 0}, {4, 0, 0}}, {{0, 10.25, 0}, {}}};
   const ClearanceWatch found = watch(model, clearance, bodies, 0.1, 0, 1, 1);
-  EXPECT_NEAR(found.least()[0].distance, 0.05, 1e-9);
-  EXPECT_NEAR(found.least()[0].time, 0.5, 1e-6);
-  EXPECT_EQ(found.least()[0].body_a + found.least()[0].body_b, "cd");
+  EXPECT_NEAR(found.minima()[0].distance, 0.05, 1e-9);
+  EXPECT_NEAR(found.minima()[0].time, 0.5, 1e-6);
+  EXPECT_EQ(found.minima()[0].body_a + found.minima()[0].body_b, "cd");
   ASSERT_THAT(found.events(), SizeIs(1));
   EXPECT_NEAR(found.events()[0].begin_time, 0.5 - std::sqrt(0.3 * 0.3 - 0.0625) / 4, 1e-9);
 }
@@ -86,7 +86,7 @@ TEST(ClearanceWatch, FindsPairsThatAreNotClosestAtSamples) {
 TEST(ClearanceWatch, OverlapBeginsAfterTheEvent) {
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
-  // Nearer by 1 m/s: 0.4 m apart at t = 1.6 s, touching at 2 s, out again at 4 s.
+  // Approaching at 1 m/s: 0.4 m apart at t = 1.6 s, touching at 2 s, separating afterwards.
   const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
   for (const double required : {0.0, 0.4}) {
     for (const int intervals : {1, 3, 50}) {
@@ -121,8 +121,8 @@ TEST(ClearanceWatch, RotatingRodPassesABall) {
     const std::vector<SteadyBody> bodies = {{{}, {}, w}, {{reach * std::cos(angle), reach * std::sin(angle), 0}, {}}};
     // Turns of up to 0.1 rad between samples.
     const ClearanceWatch found = watch(model, clearance, bodies, 0, 0, 1.2, 97);
-    ASSERT_LT(distance.note(std::abs(found.least()[0].distance - gap), i), 1e-8);  // measured 1.8e-15
-    ASSERT_LT(time.note(std::abs(found.least()[0].time - t_c), i), 1e-5);          // measured 1.2e-8
+    ASSERT_LT(distance.note(std::abs(found.minima()[0].distance - gap), i), 1e-8);  // measured 1.8e-15
+    ASSERT_LT(time.note(std::abs(found.minima()[0].time - t_c), i), 1e-5);          // measured 1.2e-8
   }
 }
 
@@ -132,8 +132,8 @@ TEST(ClearanceWatch, MergesEventsOfBodies) {
     return Geometry{Shape::sphere, {0.1, 0, 0}, {Rotationd::identity(), {x, 0, 0}}};
   };
   const Model model = free_bodies(2);
-  // Balls of body a at x = 0, 0.3 and 2; a ball of b comes along from x = 3 by 1 m/s and is nearer than 0.1 m to each
-  // of them within 0.3 m of its centre.
+  // Balls of body a at x = 0, 0.3 and 2. A ball of b starts at x = 3, moves at 1 m/s along -x, and is closer than 0.1 m
+  // to each of them while their centres are less than 0.3 m apart.
   const ClearanceModel clearance(model, {{0, ball_at(0)}, {1, ball_at(0)}, {0, ball_at(0.3)}, {0, ball_at(2)}});
   const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
   const ClearanceWatch found = watch(model, clearance, bodies, 0.1, 0, 4, 80);
@@ -144,8 +144,8 @@ TEST(ClearanceWatch, MergesEventsOfBodies) {
   EXPECT_NEAR(events[1].begin_time, 2.4, 1e-12);
   EXPECT_NEAR(events[1].end_time, 3.3, 1e-12);
   EXPECT_NEAR(events[1].overlap_begin.value(), 2.5, 1e-12);
-  EXPECT_NEAR(events[1].least.distance, -0.2, 1e-6);
-  EXPECT_NEAR(found.least()[0].distance, -0.2, 1e-6);
+  EXPECT_NEAR(events[1].minimum.distance, -0.2, 1e-6);
+  EXPECT_NEAR(found.minima()[0].distance, -0.2, 1e-6);
 }
 
 TEST(ClearanceWatch, PhasesAreSeparate) {
@@ -163,11 +163,11 @@ TEST(ClearanceWatch, PhasesAreSeparate) {
   w.begin_phase("third", model, none);
   w.sample(2.5, steady_state(model, bodies, 2.5));
   w.end_phase();
-  ASSERT_THAT(w.least(), SizeIs(3));
-  EXPECT_NEAR(w.least()[0].distance, 0, 1e-15);
-  EXPECT_NEAR(w.least()[1].distance, -0.5, 1e-15);
-  EXPECT_EQ(w.least()[2].distance, INFINITY);
-  EXPECT_EQ(w.least()[2].phase, "third");
+  ASSERT_THAT(w.minima(), SizeIs(3));
+  EXPECT_NEAR(w.minima()[0].distance, 0, 1e-15);
+  EXPECT_NEAR(w.minima()[1].distance, -0.5, 1e-15);
+  EXPECT_EQ(w.minima()[2].distance, INFINITY);
+  EXPECT_EQ(w.minima()[2].phase, "third");
   const std::vector<ClearanceEvent> events = w.events();
   ASSERT_THAT(events, SizeIs(2));
   EXPECT_NEAR(events[0].begin_time, 1.5, 1e-12);
@@ -199,12 +199,12 @@ TEST(ClearanceWatch, PartingPairMakesNoEvent) {
     SCOPED_TRACE(start);
     const ClearanceWatch w = watch_parting(model, balls, {start, start, 1.001, 1.03, 1.2}, 0.1);
     EXPECT_THAT(w.events(), SizeIs(0));
-    EXPECT_NEAR(w.least()[0].distance, 0.2, 1e-12);  // it counts after its separation
+    EXPECT_NEAR(w.minima()[0].distance, 0.2, 1e-12);  // the pair is monitored again after its separation
   }
-  // A pair that stays in contact within a millimetre makes no event either.
+  // A pair that stays in contact within a millimetre causes no event either.
   const ClearanceWatch w = watch_parting(model, balls, {0.95, 0.9495, 0.9502, 0.95}, 0);
   EXPECT_THAT(w.events(), SizeIs(0));
-  EXPECT_EQ(w.least()[0].distance, INFINITY);
+  EXPECT_EQ(w.minima()[0].distance, INFINITY);
 }
 
 TEST(ClearanceWatch, ReturningPairMakesAnEvent) {
@@ -213,17 +213,17 @@ TEST(ClearanceWatch, ReturningPairMakesAnEvent) {
   // From contact to penetration.
   ClearanceWatch w = watch_parting(model, balls, {1, 0.9, 0.861, 0.861}, 0.02);
   ASSERT_THAT(w.events(), SizeIs(1));
-  EXPECT_NEAR(w.events()[0].least.distance, -0.139, 1e-6);
+  EXPECT_NEAR(w.events()[0].minimum.distance, -0.139, 1e-6);
   EXPECT_NEAR(w.events()[0].overlap_begin.value(), 0, 1e-3);
-  EXPECT_EQ(w.least()[0].distance, w.events()[0].least.distance);
+  EXPECT_EQ(w.minima()[0].distance, w.events()[0].minimum.distance);
   // From a designed overlap to a deeper one.
   w = watch_parting(model, balls, {0.9, 0.95, 0.85}, 0);
   ASSERT_THAT(w.events(), SizeIs(1));
-  EXPECT_NEAR(w.events()[0].least.distance, -0.15, 1e-9);
+  EXPECT_NEAR(w.events()[0].minimum.distance, -0.15, 1e-9);
   // After separation the pair is treated like any other.
   w = watch_parting(model, balls, {0.9, 1.3, 1.05}, 0.1);
   ASSERT_THAT(w.events(), SizeIs(1));
-  EXPECT_NEAR(w.events()[0].least.distance, 0.05, 1e-9);
+  EXPECT_NEAR(w.events()[0].minimum.distance, 0.05, 1e-9);
   EXPECT_FALSE(w.events()[0].overlap_begin.has_value());
 }
 

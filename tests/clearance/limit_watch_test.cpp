@@ -53,13 +53,13 @@ JointLimits position_limits(double lower, double upper) {
   return l;
 }
 
-// q = sin t leaves +-0.9 at asin 0.9 and regains it at pi - asin 0.9.
+// q = sin t exceeds +-0.9 at asin 0.9 and re-enters at pi - asin 0.9.
 TEST(LimitWatch, PositionsOfASine) {
   const std::vector<LimitEvent> events = watch(
       position_limits(-0.9, 0.9), [](double t) { return std::sin(t); }, [](double t) { return std::cos(t); }, 6.1, 61);
   ASSERT_THAT(events, SizeIs(2));
   const double t0 = std::asin(0.9);
-  // Cubics over 0.1 s: h^4 / 384 of the fourth derivative, 2e-7,; the rate there is 0.4.
+  // Error of cubics over 0.1 s: h^4 / 384 times the fourth derivative, 2e-7; the rate there is 0.4.
   EXPECT_NEAR(events[0].begin_time, t0, 1e-6);  // measured 2.2e-7
   EXPECT_NEAR(events[0].end_time, M_PI - t0, 1e-6);
   EXPECT_NEAR(events[0].worst_value, 1, 1e-6);
@@ -73,7 +73,7 @@ TEST(LimitWatch, PositionsOfASine) {
   EXPECT_EQ(events[1].limit, -0.9);
 }
 
-// A parabola, which cubics meet exactly, beyond the limit between two samples only.
+// A parabola, which cubics interpolate exactly, exceeds the limit only between two samples.
 TEST(LimitWatch, ExcursionBetweenTwoSamples) {
   const std::vector<LimitEvent> events = watch(
       position_limits(-10, 0.99), [](double t) { return 1 - (t - 0.5) * (t - 0.5); },
@@ -103,8 +103,8 @@ TEST(LimitWatch, RatesOfACubic) {
   EXPECT_EQ(events[1].limit, 1);
 }
 
-// Acceleration 2, coasting at the limit of the rate, deceleration to rest on the limit of the position, rest; samples
-// not at the breaks.
+// Acceleration 2, coasting at the rate limit, deceleration to rest at the position limit, rest; samples are not at the
+// breaks.
 TEST(LimitWatch, MotionExactlyAtItsLimitsIsNoViolation) {
   JointLimits l = position_limits(0, 0.75);
   l.rate = 0.5, l.effort = 2;
@@ -118,7 +118,7 @@ TEST(LimitWatch, MotionExactlyAtItsLimitsIsNoViolation) {
   for (const int intervals : {2, 3, 7, 19, 50, 333, 1000}) {
     EXPECT_THAT(watch(l, position, rate, 2, intervals, acceleration), IsEmpty()) << intervals;
   }
-  // The same motion against limits that are less by a millionth.
+  // The same motion with limits smaller by a millionth.
   l.upper *= 1 - 1e-6, l.rate *= 1 - 1e-6, l.effort *= 1 - 1e-6;
   const std::vector<LimitEvent> events = watch(l, position, rate, 2, 333, acceleration);
   ASSERT_THAT(events, SizeIs(4));  // effort, rate, effort, position
@@ -184,14 +184,14 @@ std::vector<LimitEvent> watch_steps(const JointLimits& limits, const Curve& posi
   w.begin_phase("approach", model);
   State state = zero_state(model);
   for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-    // Inside a step the motion is that of its middle's side of every kink.
+    // Within a step, every kink is evaluated on the side that contains the middle of the step.
     const double middle = 0.5 * (ends[i] + ends[i + 1]);
     w.step(ends[i], ends[i + 1], true, [&](double t) -> const State& {
       const double inside = t + 1e-12 * (middle - t);
       state.q.back() = position(inside), state.v.back() = rate(inside);
       return state;
     });
-    w.sample(ends[i], state);  // samples in a step come after it, and show efforts only
+    w.sample(ends[i], state);  // samples in a step come after it and contain efforts only
   }
   w.end_phase();
   return w.events();

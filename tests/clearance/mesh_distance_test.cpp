@@ -17,7 +17,7 @@ Geometry mesh_of(Points vertices, Triangles triangles, const Vector3d& scale = {
   return {Shape::mesh, scale, Posed::identity(), make_triangle_mesh("test", std::move(vertices), std::move(triangles))};
 }
 
-// A box of the given edges about `center`, in a mesh's file.
+// A box with the given edges about `center`, as a mesh file.
 Geometry box_mesh(const Vector3d& size, const Vector3d& center) {
   Points corners;
   for (int i = 0; i < 8; ++i) {
@@ -90,12 +90,12 @@ double point_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, c
     const double along = std::clamp(dot(p - s, t - s) / dot(t - s, t - s), 0.0, 1.0);
     return norm(p - s - along * (t - s));
   };
-  double least = std::min({segment(a, b), segment(b, c), segment(c, a)});
+  double smallest = std::min({segment(a, b), segment(b, c), segment(c, a)});
   const Vector3d n = cross(b - a, c - a);
   const bool over =
       dot(cross(b - a, p - a), n) > 0 && dot(cross(c - b, p - b), n) > 0 && dot(cross(a - c, p - c), n) > 0;
-  if (over) least = std::min(least, std::abs(dot(p - a, n)) / norm(n));
-  return least;
+  if (over) smallest = std::min(smallest, std::abs(dot(p - a, n)) / norm(n));
+  return smallest;
 }
 
 // Distance of segments by the condition of the common perpendicular, or at an end.
@@ -104,13 +104,13 @@ double segment_segment(const Vector3d& a, const Vector3d& b, const Vector3d& c, 
     const double along = std::clamp(dot(p - s, t - s) / dot(t - s, t - s), 0.0, 1.0);
     return norm(p - s - along * (t - s));
   };
-  double least = std::min({end(a, c, d), end(b, c, d), end(c, a, b), end(d, a, b)});
+  double smallest = std::min({end(a, c, d), end(b, c, d), end(c, a, b), end(d, a, b)});
   const Vector3d u = b - a, v = d - c, n = cross(u, v);
   const double nn = dot(n, n);
-  if (!(nn > 0)) return least;
+  if (!(nn > 0)) return smallest;
   const double s = dot(cross(c - a, v), n) / nn, t = dot(cross(c - a, u), n) / nn;
-  if (s >= 0 && s <= 1 && t >= 0 && t <= 1) least = std::min(least, std::abs(dot(c - a, n)) / std::sqrt(nn));
-  return least;
+  if (s >= 0 && s <= 1 && t >= 0 && t <= 1) smallest = std::min(smallest, std::abs(dot(c - a, n)) / std::sqrt(nn));
+  return smallest;
 }
 
 // All triples with every point on one side: the faces of the hull, oriented outward.
@@ -139,9 +139,9 @@ struct Polyhedron {
   Triangles faces;
 };
 double extent_along(const Polyhedron& a, const Vector3d& n) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Vector3d& p : a.points) most = std::max(most, dot(n, p));
-  return most;
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& p : a.points) largest = std::max(largest, dot(n, p));
+  return largest;
 }
 Vector3d face_normal(const Polyhedron& a, std::size_t f) {
   const auto& t = a.faces[f];
@@ -149,7 +149,7 @@ Vector3d face_normal(const Polyhedron& a, std::size_t f) {
   return (1 / norm(n)) * n;
 }
 
-// Positive: least over vertices with faces and edges with edges. Negative: the least depth over all normals of faces
+// Positive: minimum over vertices with faces and edges with edges. Negative: minimum depth over all normals of faces
 // and of pairs of edges.
 double brute_distance(const Polyhedron& a, const Polyhedron& b) {
   double depth = std::numeric_limits<double>::infinity();
@@ -159,23 +159,23 @@ double brute_distance(const Polyhedron& a, const Polyhedron& b) {
   };
   for (std::size_t f = 0; f < a.faces.size(); ++f) offer(face_normal(a, f));
   for (std::size_t f = 0; f < b.faces.size(); ++f) offer(face_normal(b, f));
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (const auto& s : a.faces) {
     for (const auto& t : b.faces) {
       for (int k = 0; k < 3; ++k) {
-        least = std::min(least, point_triangle(a.points[s[k]], b.points[t[0]], b.points[t[1]], b.points[t[2]]));
-        least = std::min(least, point_triangle(b.points[t[k]], a.points[s[0]], a.points[s[1]], a.points[s[2]]));
+        smallest = std::min(smallest, point_triangle(a.points[s[k]], b.points[t[0]], b.points[t[1]], b.points[t[2]]));
+        smallest = std::min(smallest, point_triangle(b.points[t[k]], a.points[s[0]], a.points[s[1]], a.points[s[2]]));
         for (int m = 0; m < 3; ++m) {
           const Vector3d &p = a.points[s[k]], &q = a.points[s[(k + 1) % 3]], &u = b.points[t[m]],
                          &v = b.points[t[(m + 1) % 3]];
-          least = std::min(least, segment_segment(p, q, u, v));
+          smallest = std::min(smallest, segment_segment(p, q, u, v));
           const Vector3d n = cross(q - p, v - u);
           if (norm(n) > 1e-9) offer((1 / norm(n)) * n);
         }
       }
     }
   }
-  return depth > 0 ? -depth : least;
+  return depth > 0 ? -depth : smallest;
 }
 
 TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
@@ -204,7 +204,7 @@ TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
     EXPECT_LT(error, 1e-10) << i << " " << expected;
     (expected > 0 ? apart : overlapping) = std::max(expected > 0 ? apart : overlapping, error);
     overlaps += expected < 0;
-    // And spheres, whose centres may be inside.
+    // Spheres too, with centres possibly inside.
     const Geometry ball{Shape::sphere, {0.1, 0, 0}, Posed::identity(), {}};
     const Posed at = random_pose(random, 1.5);
     double from = std::numeric_limits<double>::infinity(), inside = from;
@@ -220,7 +220,7 @@ TEST(MeshDistance, RandomHullsAgreeWithBruteForce) {
   std::printf("[ measured ] hulls and brute force: %.2g apart, %.2g overlapping\n", apart, overlapping);
 }
 
-// Penetration of a hull with many faces is found by searches: at least the true depth, and close to it.
+// The penetration depth of a hull with many faces is found by searches: at least the true depth, and close to it.
 TEST(MeshDistance, FineSphereMesh) {
   Points points;
   Triangles triangles;
@@ -243,7 +243,7 @@ TEST(MeshDistance, FineSphereMesh) {
     const Posed X = random_pose(random, 0.9);
     const double of_ball = shape_distance(ball, Posed::identity(), box, X).distance;
     const double of_mesh = shape_distance(mesh, Posed::identity(), box, X).distance;
-    // The mesh is inside of the ball, and reaches 1 - 0.01 of it everywhere.
+    // The mesh lies inside the unit ball, at most 0.01 below its surface.
     EXPECT_GT(of_mesh, of_ball - 1e-3);
     EXPECT_LT(of_mesh, of_ball + 0.01);
   }
@@ -251,7 +251,7 @@ TEST(MeshDistance, FineSphereMesh) {
 
 // A nonconvex mesh is replaced by its hull: its distance is at most that of the mesh.
 TEST(MeshDistance, UsesTheConvexHull) {
-  // An L: a ball in its corner touches the hull though it is clear of the mesh.
+  // An L: a ball in its corner touches the hull although it is clear of the mesh.
   const Points l{{0, 0, 0}, {2, 0, 0}, {2, 0.1, 0}, {0.1, 0.1, 0}, {0.1, 2, 0}, {0, 2, 0},
                  {0, 0, 1}, {2, 0, 1}, {2, 0.1, 1}, {0.1, 0.1, 1}, {0.1, 2, 1}, {0, 2, 1}};
   const Geometry mesh = mesh_of(l, {{0, 1, 7}, {0, 7, 6}});
@@ -278,15 +278,15 @@ TEST(MeshDistance, BoundsAreLowerBounds) {
     Kinematics k(model);
     for (Posed& X : k.X_WB) X = random_pose(random, 3);
     ASSERT_EQ(clearance.pairs().size(), 6u);
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (int p = 0; p < 6; ++p) {
       const double distance = clearance.distance(p, k).distance;
       EXPECT_LE(clearance.coarse_bound(p, k), std::max(distance, 0.0) + 1e-12);
       EXPECT_LE(clearance.lower_bound(p, k), std::max(distance, 0.0) + 1e-12);
-      least = std::min(least, distance);
+      smallest = std::min(smallest, distance);
     }
-    if (least > 0) {
-      EXPECT_EQ(clearance.minimum(k).distance, least);
+    if (smallest > 0) {
+      EXPECT_EQ(clearance.minimum(k).distance, smallest);
     }
   }
 }

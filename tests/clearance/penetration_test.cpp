@@ -42,10 +42,10 @@ TEST_P(Overlap, IsDetectedForEveryCommonPoint) {
     const Posed X_WA = random_pose(1, random);
     const Rotationd R_WB = random.rotation();
     const Posed X_WB{R_WB, X_WA * p_A - R_WB * p_B};
-    const double least_depth = inside(a_shape, p_A) + inside(b_shape, p_B);
+    const double min_depth = inside(a_shape, p_A) + inside(b_shape, p_B);
     const ShapeDistance d = shape_distance(a_shape, X_WA, b_shape, X_WB);
     ASSERT_LT(d.distance, 0);
-    ASSERT_LT(closest.note(d.distance + least_depth, i), 1e-9);  // measured 1.5e-16
+    ASSERT_LT(closest.note(d.distance + min_depth, i), 1e-9);  // measured 1.5e-16
   }
 }
 
@@ -64,26 +64,27 @@ TEST_P(Overlap, DepthSeparatesAndIsNearlyMinimal) {
       return extent(a_shape, transposed_times(X_WA.R, n)) + extent(b_shape, transposed_times(X_WB.R, n)) -
              dot(n, X_WB.p - X_WA.p);
     };
-    // The depth is that along the normal: moved by it along the normal, the shapes just touch.
+    // The depth is measured along the normal: after a displacement by the depth along the normal, the shapes just
+    // touch.
     ASSERT_NEAR(depth_along(d.normal), -d.distance, 1e-7);  // measured 2.2e-9, rods in cylinders
     const Posed apart{X_WB.R, X_WB.p - d.distance * d.normal};
     ASSERT_LT(parted.note(std::abs(shape_distance(a_shape, X_WA, b_shape, apart).distance), i),
               1e-6);  // measured 1.7e-12
-    // Directions everywhere, the best of them improved at random.
+    // Sampled directions; random perturbations improve the best of them.
     Vector3d best = d.normal;
-    double least = INFINITY;
+    double smallest = INFINITY;
     for (int k = 0; k < 3000; ++k) {
       const Vector3d n = random.direction();
-      if (const double h = depth_along(n); h < least) least = h, best = n;
+      if (const double h = depth_along(n); h < smallest) smallest = h, best = n;
     }
     double step = 0.1;
     for (int k = 0; k < 3000; ++k, step *= 0.997) {
       Vector3d n = best + step * random.direction();
       n *= 1 / norm(n);
-      if (const double h = depth_along(n); h < least) least = h, best = n;
+      if (const double h = depth_along(n); h < smallest) smallest = h, best = n;
     }
-    // measured: below zero, no direction sampled is better
-    ASSERT_LT(excess.note((-d.distance - least) / least, i), exact() ? 1e-9 : 1e-3);
+    // measured: below zero, no sampled direction is better
+    ASSERT_LT(excess.note((-d.distance - smallest) / smallest, i), exact() ? 1e-9 : 1e-3);
   }
 }
 

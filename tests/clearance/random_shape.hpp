@@ -18,14 +18,14 @@ inline const char* shape_name(Shape shape) {
 }
 
 /// Sizes within [least, most] [m], evenly on a logarithmic scale; centred on the body's frame.
-inline Geometry random_shape(Shape shape, double least, double most, Random& random) {
+inline Geometry random_shape(Shape shape, double min_size, double max_size, Random& random) {
   Geometry g;
   g.shape = shape;
-  for (int k = 0; k < 3; ++k) g.size[k] = random.log_uniform(least, most);
+  for (int k = 0; k < 3; ++k) g.size[k] = random.log_uniform(min_size, max_size);
   return g;
 }
 
-/// Radius of a sphere about the shape's centre that holds it [m].
+/// Radius of a sphere about the shape's centre that contains the shape [m].
 inline double reach(const Geometry& g) {
   const Vector3d& s = g.size;
   switch (g.shape) {
@@ -40,7 +40,7 @@ inline double reach(const Geometry& g) {
   }
 }
 
-/// How far the shape extends from its centre along the unit vector n (in its frame) [m].
+/// Extent of the shape from its centre along the unit vector n (in its frame) [m].
 inline double extent(const Geometry& g, const Vector3d& n) {
   const Vector3d& s = g.size;
   switch (g.shape) {
@@ -55,7 +55,7 @@ inline double extent(const Geometry& g, const Vector3d& n) {
   }
 }
 
-/// How far the point is inside the shape [m]; negative outside (there only the sign means something).
+/// Depth of the point inside the shape [m]; negative outside, where only the sign is meaningful.
 inline double inside(const Geometry& g, const Vector3d& p) {
   const Vector3d& s = g.size;
   switch (g.shape) {
@@ -92,7 +92,7 @@ inline Vector3d farthest(const Geometry& g, const Vector3d& n, Random& random) {
   }
 }
 
-/// A unit vector; often one along, or perpendicular to, the coordinate axes, where faces and edges are farthest.
+/// A unit vector, often along or perpendicular to the coordinate axes, where the farthest points are faces and edges.
 inline Vector3d random_normal(Random& random) {
   const int k = random.integer(0, 2);
   if (random.chance(0.25)) return random.chance(0.5) ? Vector3d::unit(k) : -Vector3d::unit(k);
@@ -104,23 +104,29 @@ inline Vector3d random_normal(Random& random) {
   return n;
 }
 
-/// Two shapes whose distance is known because they were put there: B's farthest point along -n lies `gap` beyond A's
-/// farthest point along n.
+/// Two shapes with a known distance by construction: B's farthest point along -n lies `gap` beyond A's farthest point
+/// along n.
 struct KnownPair {
   Geometry a, b;
   Posed X_WA, X_WB;
   double gap;
   double scale;  // sizes and gap together [m]
 };
-inline KnownPair known_pair(Shape shape_a, Shape shape_b, double least, double most, double gap, Random& random) {
-  KnownPair k{random_shape(shape_a, least, most, random), random_shape(shape_b, least, most, random), {}, {}, gap, 0};
+inline KnownPair known_pair(Shape shape_a, Shape shape_b, double min_size, double max_size, double gap,
+                            Random& random) {
+  KnownPair k{random_shape(shape_a, min_size, max_size, random),
+              random_shape(shape_b, min_size, max_size, random),
+              {},
+              {},
+              gap,
+              0};
   const Vector3d n_A = random_normal(random), n_B = random_normal(random);
-  k.X_WA = {random.rotation(), random.vector(most)};
+  k.X_WA = {random.rotation(), random.vector(max_size)};
   const Vector3d n_W = k.X_WA.R * n_A;
   k.X_WB.R = rotation_between(n_B, -n_W) * rotation_about(n_B, random.uniform(-M_PI, M_PI));
   const Vector3d point_a = k.X_WA * farthest(k.a, n_A, random);
   k.X_WB.p = point_a + gap * n_W - k.X_WB.R * farthest(k.b, n_B, random);
-  k.scale = reach(k.a) + reach(k.b) + std::abs(gap) + most;
+  k.scale = reach(k.a) + reach(k.b) + std::abs(gap) + max_size;
   return k;
 }
 

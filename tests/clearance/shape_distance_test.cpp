@@ -50,7 +50,8 @@ TEST_P(ShapePair, FindsTheGivenDistance) {
     // Shapes of 3 cm to 1 m.
     ASSERT_LT(error.note(std::abs(d.distance - gap), i),
               1e-7);  // measured 9e-15; cylinder and box 2.3e-9 over 25 seeds
-    // A proof without the placement, less sharp because it is by the normal found, of points as near as the gap.
+    // A lower bound from separating planes, independent of the placement; less accurate because it uses the computed
+    // normal.
     if (gap > 1e-3) {
       // measured 3e-15; with a cylinder 3.2e-6 over 25 seeds
       ASSERT_LT(bound.note(std::abs(d.distance - plane_gap(k.a, k.X_WA, k.b, k.X_WB, d.normal)), i), 3e-5);
@@ -79,9 +80,10 @@ TEST_P(ShapePair, TouchingAndBarelyOverlapping) {
     const double gap = random.chance(0.2) ? 0 : random.log_uniform(1e-12, 1e-5);
     const KnownPair k = known_pair(a(), b(), 0.1, 1, gap, random);
     const ShapeDistance d = shape_distance(k.a, k.X_WA, k.b, k.X_WB);
-    // Nearer than 1e-9 of the sizes the depths of directions decide, which at corners are a little less.
+    // Below 1e-9 of the sizes, the penetration depth along sampled directions replaces the distance; at corners it is
+    // slightly smaller.
     ASSERT_LT(error.note(std::abs(d.distance - gap), i), 5e-7);  // measured 4.7e-8 over 25 seeds
-    // A little closer than touching, they may not part by more than that.
+    // For slight overlap, the reported distance may be positive by at most the same amount.
     const KnownPair o = known_pair(a(), b(), 0.1, 1, -gap, random);
     const ShapeDistance overlap = shape_distance(o.a, o.X_WA, o.b, o.X_WB);
     ASSERT_LT(overlap.distance, 5e-7);
@@ -100,7 +102,7 @@ TEST_P(ShapePair, IsIndependentOfOrderAndFrame) {
     const ShapeDistance d = shape_distance(a_shape, X_WA, b_shape, X_WB);
     const ShapeDistance swapped = shape_distance(b_shape, X_WB, a_shape, X_WA);
     const ShapeDistance moved = shape_distance(a_shape, X_VW * X_WA, b_shape, X_VW * X_WB);
-    // Depths of cylinders are found by searches, which start differently.
+    // Depths of cylinders are found by searches with different initial guesses.
     const double tolerance = d.distance > 0 ? 1e-8 : 1e-3;
     // measured 3e-13 and 3e-14
     ASSERT_LT(order.note(std::abs(swapped.distance - d.distance), i), tolerance);
@@ -121,7 +123,7 @@ TEST_P(ShapePair, ShapesMoveWithTheirBodies) {
   }
 }
 
-// Symmetric to the last bit: searches have no direction to prefer.
+// Symmetric bit for bit: searches prefer no direction.
 TEST_P(ShapePair, ConcentricShapes) {
   Random random(6);
   for (int i = 0; i < 500; ++i) {
@@ -130,16 +132,16 @@ TEST_P(ShapePair, ConcentricShapes) {
     const Posed X_WA = random_pose(1, random);
     for (const Posed& X_WB : {X_WA, Posed{random.rotation(), X_WA.p}}) {
       const ShapeDistance d = shape_distance(a_shape, X_WA, b_shape, X_WB);
-      // The least extents are those of inscribed spheres.
-      const auto least = [](const Geometry& g) { return inside(g, Vector3d::zero()); };
-      ASSERT_LE(d.distance, -least(a_shape) - least(b_shape) + 1e-9);
+      // The minimum extents are those of inscribed spheres.
+      const auto min_depth = [](const Geometry& g) { return inside(g, Vector3d::zero()); };
+      ASSERT_LE(d.distance, -min_depth(a_shape) - min_depth(b_shape) + 1e-9);
       ASSERT_GE(d.distance, -reach(a_shape) - reach(b_shape));
       ASSERT_NO_FATAL_FAILURE(check_points(a_shape, X_WA, b_shape, X_WB, d, 1e-3));
     }
   }
 }
 
-TEST_P(ShapePair, NonFinitePosesGiveNonFiniteDistances) {
+TEST_P(ShapePair, NonFinitePosesYieldNonFiniteDistances) {
   Random random(7);
   const Geometry a_shape = random_shape(a(), 0.1, 1, random), b_shape = random_shape(b(), 0.1, 1, random);
   Posed X_WB = Posed::identity();
@@ -162,13 +164,13 @@ TEST(ShapeDistance, KnownDistances) {
   EXPECT_NEAR(shape_distance(can, at(0, 0, 0), can, at(0, 0, 2.5)).distance, 0.5, 1e-14);
   EXPECT_NEAR(shape_distance(can, at(0, 0, 0), can, at(0.75, 0, 0.125)).distance, -0.25, 1e-9);
   EXPECT_NEAR(shape_distance(can, at(3.5, 0, 0), box, at(0, 0, 0)).distance, 2, 1e-14);
-  // Rods that cross in one point.
+  // Rods that intersect in one point.
   const Posed turned{rotation_about({1, 0, 0}, M_PI_2), {0, 0.3, 0.4}};
   EXPECT_NEAR(shape_distance(rod, at(0, 0, 0), rod, turned).distance, -0.2, 1e-14);
   EXPECT_NEAR(std::abs(shape_distance(rod, at(0, 0, 0), rod, turned).normal[0]), 1, 1e-14);
 }
 
-// Thin rods a millimetre thick and ten metres long, nearly parallel and not.
+// Rods one millimetre thick and ten metres long, nearly parallel and otherwise.
 TEST(ShapeDistance, ThinRods) {
   Random random(8);
   for (const Shape shape : {Shape::capsule, Shape::cylinder, Shape::box}) {
@@ -178,7 +180,7 @@ TEST(ShapeDistance, ThinRods) {
       const double r = 5e-4;
       const Geometry rod{shape, shape == Shape::box ? Vector3d{2 * r, 2 * r, 10} : Vector3d{r, 10, 0},
                          Posed::identity()};
-      // Axes turned against each other by `angle` about the line between them.
+      // Axes at `angle` to each other about the line between them.
       const double angle = random.chance(0.5) ? random.log_uniform(1e-9, 1) : random.uniform(0, M_PI);
       const double gap = random.log_uniform(1e-5, 1);
       const Posed X_WA{random.rotation(), random.vector(1)};

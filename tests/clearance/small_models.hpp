@@ -32,7 +32,7 @@ inline Model free_bodies(int count) {
   return builder.build();
 }
 
-/// State of free bodies that move steadily: positions p + v t, turning about their own z at rates w from zero.
+/// State of free bodies in steady motion: positions p + v t, rotation about their z axes at rates w from zero.
 struct SteadyBody {
   Vector3d p, v;
   double w = 0;

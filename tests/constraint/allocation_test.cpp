@@ -1,9 +1,9 @@
-// No heap allocation in a LoopSolver's work after set-up: the C library's and C++'s allocation functions replaced, and
-// Eigen's own check, which also sees what would be taken from a pool.
+// LoopSolver makes no heap allocation after set-up. The test replaces the allocation functions of C and C++, and uses
+// Eigen's check, which also detects allocations from a pool.
 #include <stdexcept>
 
 #define EIGEN_RUNTIME_NO_MALLOC
-// Eigen's check is an assertion; make it an exception in every build type.
+// Eigen's check is an assertion; here it throws an exception in every build type.
 #define eigen_assert(condition)                                     \
   do {                                                              \
     if (!(condition)) throw std::logic_error("Eigen: " #condition); \
@@ -40,7 +40,7 @@ TEST(LoopSolver, DoesNotAllocateAfterSetup) {
     for (double& x : v) x += 1e-3;
     solver.close_velocities(c.state.q, loads.prescribed, workspace, v);
     sum += solver.project({}, workspace, q, v).after.position;
-    sum += solver.multipliers()[0] + solver.rank() + solver.contradiction() + solver.least_pivot();
+    sum += solver.multipliers()[0] + solver.rank() + solver.contradiction() + solver.min_pivot();
     const long allocations = trap.stop();
     Eigen::internal::set_is_malloc_allowed(true);
     EXPECT_EQ(allocations, 0);

@@ -243,8 +243,8 @@ Eigen::VectorXd displacement(const Model& model, const State& from, const State&
     const auto turn = [&](int q, Eigen::Index at) {
       const Eigen::Quaterniond first(from.q[q], from.q[q + 1], from.q[q + 2], from.q[q + 3]);
       const Eigen::Quaterniond second(to.q[q], to.q[q + 1], to.q[q + 2], to.q[q + 3]);
-      const Eigen::Quaterniond way = first.conjugate() * second;
-      d.segment<3>(at) = (way.w() < 0 ? -2.0 : 2.0) * way.vec();
+      const Eigen::Quaterniond relative = first.conjugate() * second;
+      d.segment<3>(at) = (relative.w() < 0 ? -2.0 : 2.0) * relative.vec();
     };
     switch (b.description.joint.type) {
       case JointType::fixed:

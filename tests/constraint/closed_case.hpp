@@ -53,9 +53,9 @@ struct DenseLoops {
 DynamicsInput<double> dynamics_input(const Model& model, const State& state, const oracle::MaximalLoads& loads,
                                      Workspace& workspace);
 
-/// State `step` times the velocity `v` further along, quaternions kept on the sphere.
+/// State after motion with velocity `v` for time `step`; quaternions remain normalized.
 State moved(const Model& model, const State& state, const Eigen::VectorXd& v, double step);
-/// The displacement that leads from `from` to a state near it, as a velocity over unit time; exact to second order.
+/// The displacement from `from` to a nearby state, as a velocity over unit time; exact to second order.
 Eigen::VectorXd displacement(const Model& model, const State& from, const State& to);
 
 }  // namespace grapnel::testing

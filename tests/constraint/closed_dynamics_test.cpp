@@ -107,7 +107,7 @@ TEST(LoopSolver, AgreesWithMaximalCoordinates) {
     const Eigen::VectorXd lambda = multipliers_of(solver);
     const Eigen::VectorXd generalized = closure_forces(c, expected.closures);
     EXPECT_LT(force.note(relative_difference(Eigen::VectorXd(dense.J.transpose() * lambda), generalized), i), 1e-9);
-    // Directions of a hinge's rows are the library's choice; those of the others are C's axes.
+    // The library chooses the directions of a hinge's rows; the other closures use C's axes.
     Eigen::Index row = 0;
     for (std::size_t k = 0; k < c.closures.size(); ++k) {
       const int rows = row_count(c.closures[k].model);
@@ -118,7 +118,7 @@ TEST(LoopSolver, AgreesWithMaximalCoordinates) {
       }
       row += rows;
     }
-    // The velocities' part alone, at three times the speed.
+    // The velocity-dependent part alone, at three times the speed.
     ClosedCase fast = c;
     for (double& v : fast.state.v) v *= 3;
     const oracle::MaximalSolution free = reference.accelerations(oracle::maximal_state(c.model, fast.state));
@@ -149,10 +149,10 @@ TEST(LoopSolver, FollowsPrescribedJoints) {
     EXPECT_LT(solver.contradiction(), 1e-10);
     for (int k = 0; k < c.model.velocities(); ++k) {
       if (loads.prescribed[k] != 0) {
-        EXPECT_NEAR(found.vdot[k], loads.acceleration[k], 1e-14);  // a root's passes through - g + g
+        EXPECT_NEAR(found.vdot[k], loads.acceleration[k], 1e-14);  // a root computes it as x - g + g
       }
     }
-    // The same solver without anything prescribed, then again: nothing is left behind.
+    // The same solver without prescribed velocities, then again: results do not depend on earlier calls.
     accelerate(solver, c, c.loads);
     EXPECT_EQ(accelerate(solver, c, loads).vdot, found.vdot);
   }
@@ -194,7 +194,7 @@ TEST(LoopSolver, ContactInertiaAgreesWithDenseMatrices) {
   }
 }
 
-// Also where the closures are open: D's body then counts with its point that is at C.
+// Also for open closures, where the closure uses the point of D's body that coincides with C.
 TEST(ClosureJacobian, IsTheRateOfTheRelativePose) {
   Worst worst("J v against finite differences");  // measured 8e-10; over 25 seeds 3e-9
   for (int i = 0; i < kClosed; ++i) {
@@ -256,7 +256,7 @@ TEST(LoopSolver, FeedbackReducesClosureDefects) {
     const Eigen::VectorXd u = dense.J * d;
     EXPECT_LT(velocity.note(relative_difference(Eigen::VectorXd(dense.J * slowed), Eigen::VectorXd(-2 * kRate * u)), i),
               1e-6);
-    // Off by kStep d in position, on the closures (there) in velocity.
+    // An error of kStep d in position; the velocity satisfies the closures there.
     c.state.v = v;
     c.state = moved(c.model, c.state, d, kStep);
     const DenseLoops beside(c.model, c.state, c.closures);
@@ -282,7 +282,7 @@ TEST(LoopSolver, WithoutClosuresEqualsTheRecursion) {
     EXPECT_EQ(accelerate(solver, c, c.loads).vdot, vdot);
     EXPECT_EQ(solver.rows(), 0);
     EXPECT_EQ(solver.rank(), 0);
-    EXPECT_EQ(solver.least_pivot(), 0);
+    EXPECT_EQ(solver.min_pivot(), 0);
     EXPECT_EQ(solver.contradiction(), 0);
     const std::vector<double> v = c.state.v, q = c.state.q;
     solver.close_velocities(c.state.q, {}, workspace, c.state.v);

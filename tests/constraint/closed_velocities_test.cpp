@@ -23,7 +23,7 @@ Opening opening(int index) {
   o.v = random.values(o.c.model.velocities(), 1.5);
   return o;
 }
-// Momentum of everything about W's origin and energy at velocities v.
+// Total momentum about W's origin, and energy at velocities v.
 Eigen::Matrix<double, 6, 1> momentum(const ClosedCase& c, const std::vector<double>& v) {
   const State s{c.state.q, v};
   return eigen(momentum_about(c.model, forward_kinematics(c.model, s), {0, 0, 0}));
@@ -59,7 +59,7 @@ TEST(CloseVelocities, IsTheProjectionInTheMassMetric) {
         EXPECT_EQ(v[k], o.v[k]);
       }
     }
-    // M dv = J^T P in what is free, and T- - T+ = dv^T M dv / 2 where nothing is prescribed.
+    // M dv = J^T P for velocities that are not prescribed, and T- - T+ = dv^T M dv / 2 if none is prescribed.
     const std::span<const double> rows = solver.multipliers();
     const Eigen::VectorXd P = Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
     const Eigen::VectorXd given = dense.J_free.transpose() * P;
@@ -126,8 +126,8 @@ TEST(Project, RestoresCoordinatesAndVelocities) {
     SCOPED_TRACE(seed_note(i));
     const Opening o = opening(i);
     const ClosedCase& c = o.c;
-    // From much larger to much smaller than an integrator's errors; smaller if a loop is near a singular configuration
-    // and could not be closed from there (prescribed joints do not move).
+    // From errors much larger than an integrator's to much smaller ones. Smaller if a loop is near a singular
+    // configuration and could not be closed from there, since prescribed joints do not move.
     const double size = std::pow(10, -2 - 2 * (i % 5)) * DenseLoops(c.model, c.state, c.closures, o.prescribed).least;
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
@@ -169,7 +169,7 @@ TEST(Project, IsMinimalInTheMassMetricToFirstOrder) {
     State state{start.q, values(eigen(c.state.v) + size * eigen(o.v))};
     const std::vector<double> v = state.v;
     solver.project(o.prescribed, workspace, state.q, state.v);
-    // From the closed state d away: (1 - P) d is left of it.
+    // For a displacement d from the closed state, the projection leaves (1 - P) d.
     const Eigen::VectorXd left = dense.closed(eigen(o.v));
     const Eigen::VectorXd found = displacement(c.model, c.state, state) / size;
     EXPECT_LT(coordinates.note((found - left).norm() / eigen(o.v).norm(), i), 1e-2);
@@ -188,8 +188,8 @@ TEST(Project, IsMinimalInTheMassMetricToFirstOrder) {
     }
     if (!free_base(o) || !o.prescribed.empty()) continue;
     ++free_roots;
-    // What is moved is of order size, what the centre of mass moves of its square; momentum is kept by the velocities'
-    // projection at the coordinates found.
+    // The displacement is of order `size`, that of the centre of mass of order size^2. The projection of velocities at
+    // the final coordinates conserves momentum.
     const auto com = [&](const State& s) { return eigen(center_of_mass(c.model, forward_kinematics(c.model, s))); };
     EXPECT_LT(center.note((com(state) - com(start)).norm() / size, i), 1e-4);
     EXPECT_GT((displacement(c.model, start, state)).norm(), size / 1000);
@@ -201,7 +201,7 @@ TEST(Project, IsMinimalInTheMassMetricToFirstOrder) {
 }
 
 TEST(Project, ReportsLoopsThatCannotClose) {
-  // Two links of one metre each whose ends should meet at three metres.
+  // Two links of one metre each, with ends that would have to meet at a distance of three metres.
   ModelBuilder builder;
   const char* names[] = {"base", "one", "two"};
   for (int i = 0; i < 3; ++i) {
@@ -233,7 +233,7 @@ TEST(Project, HalfTurnIsNotClosed) {
     ClosedCase c = random_closed(i);
     bool turned = false;
     for (LoopClosure& l : c.closures) {
-      // About any axis for a rigid closure, about a normal of the hinge's for a hinge.
+      // About any axis for a rigid closure, about a normal of the hinge axis for a hinge.
       const Vector3d other = std::abs(l.hinge_C[0]) < 0.6 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0};
       const Vector3d normal = cross(l.hinge_C, other);
       l.X_BD.R = l.X_BD.R * rotation_about((1 / norm(normal)) * normal, M_PI);

@@ -40,7 +40,7 @@ TEST(ConstrainedDirections, AreOrthonormalAndLeaveTheRightMotionFree) {
       if (model == GraspModel::point) {
         EXPECT_EQ(A.leftCols(3).norm(), 0);
       }
-      EXPECT_EQ(A.rightCols(3).norm(), std::sqrt(3.0));  // all linear motion is forbidden
+      EXPECT_EQ(A.rightCols(3).norm(), std::sqrt(3.0));  // all linear motion is constrained
     }
   }
 }
@@ -67,7 +67,7 @@ Grasps random_grasps(int index) {
   return g;
 }
 
-TEST(GraspJacobian, GivesTheRelativeTwistOfPosesAndTwists) {
+TEST(GraspJacobian, MatchesTheRelativeTwistOfPosesAndTwists) {
   Worst worst("J v against twists of forward kinematics");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -28,7 +28,7 @@ Eigen::MatrixXd random_matrix(Random& random, int rows, int columns) {
   return A;
 }
 
-// Rows of J are combinations of `rank` independent ones, and of very different size.
+// Rows of J are combinations of `rank` independent ones, with very different magnitudes.
 Problem random_problem(int index) {
   Random random(index);
   const int n = random.integer(3, 15), rank = random.integer(1, n), rows = rank + (index % 2) * random.integer(1, 6);
@@ -84,11 +84,11 @@ TEST(ImpulsiveConstraint, VelocityDoesNotDependOnTheMetric) {
     EXPECT_LT(worst.note(relative_difference(t.velocity, s.velocity) * s.velocity.norm() / p.v.norm(), i), 1e-11);
     largest = std::max(largest, relative_difference(t.impulse, s.impulse));
   }
-  EXPECT_GT(largest, 0.1);  // the impulse does
+  EXPECT_GT(largest, 0.1);  // the impulse depends on the metric
 }
 
 TEST(ImpulsiveConstraint, CountsConstraintsOfVeryDifferentScale) {
-  // A mass of 1 and one of 1e6 each on its own constraint, measured in the metric of what each does alone.
+  // Masses of 1 and 1e6, each with its own constraint; D scales each constraint by the inverse of its own mass.
   const Eigen::MatrixXd M = Eigen::Vector2d(1, 1e6).asDiagonal(), J = Eigen::MatrixXd::Identity(2, 2);
   const Eigen::MatrixXd D = Eigen::Vector2d(1, 1e-6).asDiagonal();
   const ImpulsiveSolution s = solve_impulsive_constraint(M, J, Eigen::Vector2d(1, 1), D);

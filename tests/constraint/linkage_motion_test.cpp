@@ -1,4 +1,4 @@
-/// Linkages with known solutions, and the motion of random closed loops: a plain Runge-Kutta loop over accelerations()
+/// Linkages with known solutions, and the motion of random closed loops: a Runge-Kutta integration of accelerations()
 /// with project() after every step.
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ using oracle::Vector2;
 
 constexpr LinkageCut kCuts[] = {LinkageCut::pin_hinge, LinkageCut::pin_point, LinkageCut::cut};
 
-// Gravity in the base's plane as a vector of W, with a part along the normal, which must not matter on the ground.
+// Gravity in the base's plane as a vector of W, with a component along the normal, which has no effect on the ground.
 Vector3d in_plane(const Vector2& g, double normal) { return tilted().R * Vector3d{g[0], g[1], normal}; }
 
 class Motion {
@@ -38,7 +38,7 @@ class Motion {
     solver_.accelerations(dynamics_input(model_, state, loads_, workspace_), 0, workspace_, vdot, force);
     return vdot;
   }
-  /// Classical Runge-Kutta; notes the largest defect before a projection, and after.
+  /// Classical Runge-Kutta; records the largest defect before and after projections.
   State run(State state, double duration, int steps) {
     const double h = duration / steps;
     const auto rate = [&](const State& s) {
@@ -58,21 +58,21 @@ class Motion {
       EXPECT_TRUE(r.converged);
       defect_ = std::max({defect_, r.before.position, r.before.angle});
       left_ = std::max({left_, r.after.position, r.after.angle});
-      least_pivot_ = std::min(least_pivot_, solver_.least_pivot());
+      min_pivot_ = std::min(min_pivot_, solver_.min_pivot());
     }
     return state;
   }
   LoopSolver& solver() { return solver_; }
   double defect() const { return defect_; }
   double left() const { return left_; }
-  double least_pivot() const { return least_pivot_; }
+  double min_pivot() const { return min_pivot_; }
 
  private:
   const Model& model_;
   LoopSolver solver_;
   Workspace workspace_;
   oracle::MaximalLoads loads_;
-  double defect_ = 0, left_ = 0, least_pivot_ = INFINITY;
+  double defect_ = 0, left_ = 0, min_pivot_ = INFINITY;
 };
 
 TEST(LinkageDynamics, FixedFourBar) {
@@ -145,7 +145,7 @@ TEST(LinkageMotion, FourBarAgreesWithQuadrature) {
   const GroundedFourBar g{crank_rocker(), {0.1, -0.3}};
   constexpr double kStart = 0.5, kRate = 2.5, kTime = 4;
   const double expected = g.angle_at(kTime, kStart, kRate);
-  ASSERT_GT(expected - kStart, 2 * M_PI);  // more than once round
+  ASSERT_GT(expected - kStart, 2 * M_PI);  // more than one revolution
   for (LinkageCut cut : kCuts) {
     const Linkage l = oracle::four_bar_model(g.bars, cut, false, tilted(), 0.07);
     State start = zero_state(l.model);
@@ -232,7 +232,7 @@ TEST(LoopMotion, AgreesWithMaximalCoordinates) {
     c.loads.external.clear();
     Motion motion(c.model, c.closures, c.loads);
     const oracle::MaximalState end = oracle::maximal_state(c.model, motion.run(c.state, kTime, 250));
-    if (motion.least_pivot() < 1e-3) continue;  // near a singular configuration small errors grow
+    if (motion.min_pivot() < 1e-3) continue;  // errors grow near singular configurations
     ++compared;
     const oracle::MaximalState expected = oracle::MaximalSystem(c.model, c.closures)
                                               .integrate(oracle::maximal_state(c.model, c.state), c.loads, kTime, 120);

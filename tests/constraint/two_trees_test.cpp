@@ -24,14 +24,14 @@ struct TreeCase {
   oracle::MaximalLoads loads;
 };
 
-// A branched robot, its root free or fixed in turn, and one to three targets, each held once or twice by closures that
-// are closed in position (but turned as they happen to be); sometimes also two of the robot's own bodies. What is held
-// by the base alone, near a singular configuration or twice over by the same link is drawn again.
+// A branched robot with a free or fixed root, and one to three targets. Each target is held once or twice by closures
+// that are closed in position at random angles; sometimes two bodies of the robot are connected too. Cases with a
+// target held by the base alone, held twice by one link, or near a singular configuration are drawn again.
 TreeCase random_trees(int index) {
   for (int draw = 0;; ++draw) {
     Random random(index + 1'000'000 * (draw + 1));
     RobotOptions options;
-    options.least_bodies = 8, options.most_bodies = 16;
+    options.min_bodies = 8, options.max_bodies = 16;
     options.free_root = index % 3 != 2;
     options.spherical_joints = index % 4 == 1;
     options.targets = 1 + index % 3;
@@ -73,7 +73,7 @@ TEST(TwoTrees, AgreeWithCoordinatePartitioning) {
     const TreeCase c = random_trees(i);
     LoopSolver solver(c.model, c.closures);
     Workspace workspace(c.model);
-    // Velocities that fit, or the accelerations of rows that are redundant contradict each other.
+    // Velocities that satisfy the closures; otherwise the accelerations of redundant rows contradict each other.
     State fitting = c.state;
     solver.close_velocities(c.state.q, {}, workspace, fitting.v);
     std::vector<double> vdot(c.model.velocities()), generalized(vdot);
@@ -145,7 +145,7 @@ TEST(TwoTrees, AreProjectedTogether) {
     }
     if (i % 3 == 2) continue;
     const Vector3d com = center_of_mass(c.model, forward_kinematics(c.model, off));
-    EXPECT_LT(center.note(norm(center_of_mass(c.model, k) - com), i), 1e-6);  // of the square of 1e-4 times some metres
+    EXPECT_LT(center.note(norm(center_of_mass(c.model, k) - com), i), 1e-6);  // order of 1e-4 squared times metres
   }
 }
 

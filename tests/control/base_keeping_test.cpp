@@ -14,8 +14,8 @@
 namespace grapnel::testing {
 namespace base_keeping_test {
 
-std::shared_ptr<BaseKeeping> keeping(const Model& model, std::vector<double> posture, double posture_rate,
-                                     double rate = 0.5) {
+std::shared_ptr<BaseKeeping> base_law(const Model& model, std::vector<double> posture, double posture_rate,
+                                      double rate = 0.5) {
   BaseKeepingLaw law{model.body_index("base"), Rotationd::identity(), rate, std::move(posture), posture_rate};
   return std::make_shared<BaseKeeping>(model, std::move(law), LawScope{arm_joints(model)});
 }
@@ -32,14 +32,14 @@ double base_angle(const Model& model, const BaseKeeping& law, const State& state
 
 // Four of the arm's seven degrees of freedom do not rotate the base: motion towards a posture within them, for two
 // minutes.
-TEST(BaseKeeping, ReactionlessMotionKeepsTheBaseAttitude) {
+TEST(BaseKeeping, ReactionlessMotionMaintainsTheBaseAttitude) {
   SKIP_UNDER_SANITIZERS();
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   std::vector<double> posture;
   const std::vector<int> joints = arm_joints(model);
   for (int j : joints) posture.push_back(start.q[model.bodies()[model.joints()[j]].q] + (j % 2 ? 0.5 : -0.4));
-  const auto law = keeping(model, posture, 0.06, 3);
+  const auto law = base_law(model, posture, 0.06, 3);
   PhaseDynamics dynamics(model, with_law(model, law));
   double largest = 0, moved = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 120, 1, tight(), [&](const PhaseSample& s) {
@@ -89,7 +89,7 @@ TEST(BaseKeeping, ArmsAbsorbTheRemainingMomentum) {
   const Model model = arm_with_target({.joints = 7, .wheel = true});
   State start = moving_state(model, 0.004);
   start.v[model.bodies()[model.body_index("wheel")].v] = 8;
-  const auto law = keeping(model, {}, 0.5);
+  const auto law = base_law(model, {}, 0.5);
   PhaseDynamics dynamics(model, with_law(model, law));
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0, tight());
   ASSERT_TRUE(o.finished) << o.failure;
@@ -119,14 +119,14 @@ TEST(BaseKeeping, EffortLimitsReduceTheReactionlessMotion) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0);
   std::vector<double> posture(7, 1.5);
-  const auto law = keeping(strong, posture, 0.5);
+  const auto law = base_law(strong, posture, 0.5);
   EffortResponse response(strong, law->joints(), {});
-  const BaseKeepingLaw& keep = law->law();
-  const BaseKeepingCommand full = base_keeping_command(keep, start, {}, {0, 0, 0}, response);
+  const BaseKeepingLaw& setup = law->law();
+  const BaseKeepingCommand full = base_keeping_command(setup, start, {}, {0, 0, 0}, response);
   EXPECT_EQ(full.share, 1);
   const Model weak = arm_with_target({.joints = 7, .effort = 0.25 * full.effort.cwiseAbs().maxCoeff()});
   EffortResponse weaker(weak, law->joints(), {});
-  const BaseKeepingCommand cut = base_keeping_command(keep, start, {}, {0, 0, 0}, weaker);
+  const BaseKeepingCommand cut = base_keeping_command(setup, start, {}, {0, 0, 0}, weaker);
   EXPECT_NEAR(cut.share, 0.25, 1e-12);
   EXPECT_TRUE(cut.within_limits);
   EXPECT_LT((weaker.free() + weaker.response() * cut.effort).head<3>().norm(), 1e-12);

@@ -88,7 +88,7 @@ TEST(Detumbling, FollowsTheExactMotionWithSixAndSevenJoints) {
   }
 }
 
-// Friction, attitude control and a driven wheel are known to the law.
+// The law's model includes friction, attitude control and a driven wheel.
 TEST(Detumbling, CompensatesKnownForces) {
   const Model model = arm_with_target({.joints = 7, .friction = {3, 0, 1e-3}, .wheel = true});
   State start = moving_state(model, 0.03);
@@ -115,9 +115,9 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   const auto evaluation = detumbling(model);
   double least = 1, largest = 0, direction = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.9 * t_f, 0.05 * t_f, {}, [&](const PhaseSample& s) {
-    const JointLawCommand said = evaluation->at(s.time, s.state, {});
-    EXPECT_TRUE(said.within_limits);
-    least = std::min(least, said.scale);
+    const JointLawCommand command = evaluation->at(s.time, s.state, {});
+    EXPECT_TRUE(command.within_limits);
+    least = std::min(least, command.scale);
     for (double effort : s.motor) largest = std::max(largest, std::abs(effort));
     const Target now = target_of(model, s.state);
     direction = std::max(direction, norm(cross(now.L, first.L)) / (norm(now.L) * norm(first.L)));
@@ -157,9 +157,9 @@ TEST(Detumbling, ScalesTheTorqueToTheGripper) {
     const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0.02 * t_f, {}, [&](const PhaseSample& s) {
       const Wrenchd F = grasp_wrench(s.state, s.dynamics->acceleration());
       found.force = std::max(found.force, norm(F.linear)), found.moment = std::max(found.moment, norm(F.angular));
-      const JointLawCommand said = evaluation->at(s.time, s.state, {});
-      EXPECT_TRUE(said.within_limits);
-      found.least = std::min(found.least, said.scale);
+      const JointLawCommand command = evaluation->at(s.time, s.state, {});
+      EXPECT_TRUE(command.within_limits);
+      found.least = std::min(found.least, command.scale);
     });
     EXPECT_TRUE(o.finished) << o.failure;
     return found;
@@ -207,7 +207,7 @@ TEST(Detumbling, ReportsInsufficientLimits) {
 TEST(Detumbling, ContinuesWithReducedRank) {
   const Model model = arm_with_target({.joints = 6});
   const auto law = detumbling(model);
-  EXPECT_TRUE(law->goes_on());
+  EXPECT_TRUE(law->continues_at_reduced_rank());
   EffortResponse response(model, arm_joints(model), {});
   State state = moving_state(model, 0.03);
   std::vector<double> largest;
@@ -253,7 +253,7 @@ TEST(EffortResponse, AgreesWithForwardDynamics) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 3, options.most_bodies = 10;
+    options.min_bodies = 3, options.max_bodies = 10;
     const Model model = random_model(options, random);
     const State state = random_state(model, random, 0.5);
     std::vector<int> joints;

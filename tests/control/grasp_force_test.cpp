@@ -84,7 +84,7 @@ std::shared_ptr<GraspForce> law_for(const TwoArms& t, const GraspForceLaw& law) 
   return std::make_shared<GraspForce>(t.model, law, LawScope{arm_joints(t.model), t.closures});
 }
 
-struct Flown {
+struct ForceRun {
   std::vector<Posed> target;  // relative to the base
   std::vector<double> squeeze, time;
   double others = 0;  // other components of the internal wrench
@@ -93,13 +93,13 @@ struct Flown {
   double work_error = 0;
 };
 
-Flown fly(const TwoArms& t, const GraspForceLaw& law) {
+ForceRun run_law(const TwoArms& t, const GraspForceLaw& law) {
   PhaseSetup setup = with_law(t.model, law_for(t, law));
   setup.closures = t.closures;
   PhaseDynamics dynamics(t.model, setup);
   IntegrationSetup integration;
   integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
-  Flown f;
+  ForceRun f;
   const Kinematics first = forward_kinematics(t.model, t.state);
   const double energy = kinetic_energy(t.model, first, t.state);
   f.outcome = simulate_phase(dynamics, t.state, 0, 6, 0.5, integration, [&](const PhaseSample& s) {
@@ -146,8 +146,8 @@ TEST(GraspForce, ForceStepsDoNotMoveTheTarget) {
   for (int joints : {6, 7}) {
     SCOPED_TRACE(joints);
     const TwoArms t = two_arms(joints, std::numeric_limits<double>::infinity(), GraspModel::rigid);
-    const Flown without = fly(t, law_of(t, 0, 0, 0)), step = fly(t, law_of(t, kForce, 0, 0)),
-                ramp = fly(t, law_of(t, -kForce, 1, 3));
+    const ForceRun without = run_law(t, law_of(t, 0, 0, 0)), step = run_law(t, law_of(t, kForce, 0, 0)),
+                   ramp = run_law(t, law_of(t, -kForce, 1, 3));
     ASSERT_TRUE(without.outcome.finished && step.outcome.finished && ramp.outcome.finished)
         << without.outcome.failure << step.outcome.failure << ramp.outcome.failure;
     double moved = 0, went = 0, error = 0, ramp_error = 0;
@@ -176,7 +176,7 @@ TEST(GraspForce, ForceStepsDoNotMoveTheTarget) {
 TEST(GraspForce, HoldsTheTargetRelativeToTheBase) {
   const TwoArms t = two_arms(7, std::numeric_limits<double>::infinity(), GraspModel::rigid);
   const GraspForceLaw law = law_of(t, 25, 0, 2);
-  const Flown f = fly(t, law);
+  const ForceRun f = run_law(t, law);
   ASSERT_TRUE(f.outcome.finished) << f.outcome.failure;
   const Vector3d com = t.model.bodies()[law.target].description.com;
   const Vector3d first = f.target[0] * com - law.X_BT * com;

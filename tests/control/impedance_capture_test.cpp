@@ -18,25 +18,25 @@ std::vector<std::string> faults(const CaptureProblem& p) {
   return messages;
 }
 
-CaptureProblem waiting_hand() {
+CaptureProblem waiting_end_effector() {
   CaptureProblem p = scenario("impedance-capture.yaml");
   p.output_interval = 0.5;
   p.post_impact->duration = 10;
   return p;
 }
 
-// Without spring and damper of the law only the masses matter.
+// Without the law's spring and damper only the masses determine the result.
 TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
   SKIP_UNDER_SANITIZERS();
-  CaptureProblem p = waiting_hand();
+  CaptureProblem p = waiting_end_effector();
   p.impedance->damping = p.impedance->stiffness = {0, 0, 0};
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_TRUE(r.impact && r.impact->effective_masses.size() == 1 && r.impact->compliant);
   const EffectiveMass& m = r.impact->effective_masses[0];
   std::printf("  hand %.3g kg, apparent %.4g, target %.4g, e %.3g: %.3g m/s, then %.2g; work %.3g J, residual %.2g\n",
-              m.hand, m.apparent.value_or(NAN), m.of_target, m.restitution, m.target_speed_before, m.target_speed_after,
-              r.impact->compliant->motor_work, r.impact->compliant->energy_residual);
+              m.of_end_effector, m.apparent.value_or(NAN), m.of_target, m.restitution, m.target_speed_before,
+              m.target_speed_after, r.impact->compliant->motor_work, r.impact->compliant->energy_residual);
   ASSERT_TRUE(m.apparent);
   EXPECT_NEAR(m.restitution * *m.apparent, m.of_target, 1e-9 * m.of_target);
   EXPECT_NEAR(m.target_speed_before, 0.02, 1e-8);
@@ -49,7 +49,7 @@ TEST(ImpedanceCapture, MatchedMassStopsTheSatellite) {
 // A slow on-board computer: efforts are held between ticks, also during the contact.
 TEST(ImpedanceCapture, SampledControlAgrees) {
   SKIP_UNDER_SANITIZERS();
-  CaptureProblem p = waiting_hand();
+  CaptureProblem p = waiting_end_effector();
   p.post_impact->duration = 1;
   const CaptureResult continuous = simulate_capture(p);
   p.control = ControlSetup{};
@@ -73,24 +73,24 @@ CaptureProblem squeeze() {
 TEST(ImpedanceCapture, RejectsUnsupportedSettings) {
   using ::testing::Contains;
   using ::testing::HasSubstr;
-  EXPECT_THAT(faults(waiting_hand()), ::testing::IsEmpty());
+  EXPECT_THAT(faults(waiting_end_effector()), ::testing::IsEmpty());
   EXPECT_THAT(faults(squeeze()), ::testing::IsEmpty());
-  CaptureProblem p = waiting_hand();
+  CaptureProblem p = waiting_end_effector();
   p.impedance->end_effectors = {"tip-3"};
   EXPECT_THAT(faults(p), Contains(HasSubstr("impedance.end_effectors names 'tip-3', which the robot does not have")));
-  p = waiting_hand();
+  p = waiting_end_effector();
   p.impedance.reset();
   EXPECT_THAT(faults(p), Contains(HasSubstr("approach.tracking.mode is impedance, which needs its section")));
-  p = waiting_hand();
+  p = waiting_end_effector();
   p.impact->law = ImpactSetup::Law::restitution;
   EXPECT_THAT(faults(p), Contains(HasSubstr("impact.joints is impedance, which needs law compliant")));
-  p = waiting_hand();
+  p = waiting_end_effector();
   p.impedance->motion = ImpedanceSetup::Motion::pose;
   for (BodyDescription& body : p.robot.bodies) {
     if (body.joint.name == "arm-1-joint-6" || body.joint.name == "arm-1-joint-7") body.joint.type = JointType::fixed;
   }
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs at least 6 moving joints; the arm of 'tip-1' has 5")));
-  p = waiting_hand();
+  p = waiting_end_effector();
   p.impedance->force = ImpedanceSetup::Force::not_sensed;
   EXPECT_THAT(faults(p), Contains(HasSubstr("needs law operational_space and force sensed")));
   p = squeeze();

@@ -19,7 +19,7 @@ namespace impedance_test {
 constexpr double kMass = 30, kDamping = 12, kStiffness = 5;             // [kg], [N s/m], [N/m]
 constexpr double kInertia = 4, kTurnDamping = 1.5, kTurnStiffness = 2;  // [kg m^2], ...
 
-// e of m e'' + d e' + k e = 0, less than critically damped.
+// Solution e(t) of m e'' + d e' + k e = 0, underdamped.
 double oscillator(double m, double d, double k, double e, double v, double t) {
   const double decay = d / (2 * m), w = std::sqrt(k / m - decay * decay);
   return std::exp(-decay * t) * (e * std::cos(w * t) + (v + decay * e) / w * std::sin(w * t));
@@ -72,12 +72,13 @@ State moving(const Model& model, Random& random, bool plane, double rates) {
 
 std::shared_ptr<Impedance> law_of(const Model& model, const State& start, ImpedanceLaw law, const Vector3d& off,
                                   const Vector3d& velocity) {
-  ImpedanceHand hand;
-  hand.body = static_cast<int>(model.bodies().size()) - 1, hand.X_BE = {Rotationd::identity(), {0.4, 0, 0}};
+  ImpedanceEndEffector end_effector;
+  end_effector.body = static_cast<int>(model.bodies().size()) - 1,
+  end_effector.X_BE = {Rotationd::identity(), {0.4, 0, 0}};
   const Kinematics k = forward_kinematics(model, start);
-  hand.reference.X_D = k.X_WB[hand.body] * hand.X_BE;
-  hand.reference.X_D.p -= off, hand.reference.velocity = velocity;
-  law.hands = {hand};
+  end_effector.reference.X_D = k.X_WB[end_effector.body] * end_effector.X_BE;
+  end_effector.reference.X_D.p -= off, end_effector.reference.velocity = velocity;
+  law.end_effectors = {end_effector};
   return std::make_shared<Impedance>(model, std::move(law), LawScope{arm_joints(model)});
 }
 
@@ -93,14 +94,14 @@ TEST(Impedance, EndEffectorIsAnOscillator) {
     law.motion = plane ? ImpedanceLaw::Motion::plane : ImpedanceLaw::Motion::pose;
     const Vector3d off{0.05, -0.04, plane ? 0 : 0.03}, velocity{0.01, 0.02, plane ? 0 : -0.01};
     const auto impedance = law_of(model, start, law, off, velocity);
-    const ImpedanceHand& hand = impedance->law().hands[0];
+    const ImpedanceEndEffector& end_effector = impedance->law().end_effectors[0];
     const auto apart = [&](const State& s, double t) {
       const Kinematics k = forward_kinematics(model, s);
-      return (k.X_WB[hand.body] * hand.X_BE).p - hand.reference.X_D.p - t * velocity;
+      return (k.X_WB[end_effector.body] * end_effector.X_BE).p - end_effector.reference.X_D.p - t * velocity;
     };
     const Kinematics k = forward_kinematics(model, start);
-    const Vector3d arm = k.X_WB[hand.body].R * hand.X_BE.p;
-    const Vector3d v = shift(k.V_WB[hand.body], arm).linear - velocity;
+    const Vector3d arm = k.X_WB[end_effector.body].R * end_effector.X_BE.p;
+    const Vector3d v = shift(k.V_WB[end_effector.body], arm).linear - velocity;
     PhaseDynamics dynamics(model, with_law(model, impedance));
     IntegrationSetup integration;
     integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
@@ -144,10 +145,10 @@ TEST(Impedance, ReferenceOnABodyHasConsistentDerivatives) {
     r.body = 0, r.begin = begin, r.X_D = {at(1.3).X_WB[0].R, random.vector(0.5)};
     r.offset = random.vector(1), r.turn = random.vector(index % 2 == 0 ? 0.3 : 1.5);
     r.departure = random.vector(0.3), r.turn_rate = random.vector(0.4);
-    r.way = {begin, JointPath{JointProfile::quintic, arrival - begin, 1, 0}};
+    r.remaining_fraction = {begin, JointPath{JointProfile::quintic, arrival - begin, 1, 0}};
     r.arrival = random.vector(0.1), r.arrival_time = arrival;
     const std::vector<BodyAcceleration> none(1, {Vector3d::zero(), Vector3d::zero()});
-    const auto D = [&](double t) { return hand_motion(r, at(t), none, t); };
+    const auto D = [&](double t) { return end_effector_motion(r, at(t), none, t); };
     const double h = 1e-4;
     for (const double t : {begin + 0.2, 4.0, 6.5, 8.9}) {
       const EndEffectorState a = D(t - h), b = D(t), c = D(t + h);
@@ -178,15 +179,15 @@ TEST(Impedance, EndEffectorRotationIsAnOscillator) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
-  ImpedanceHand hand;
-  hand.body = model.body_index("target");
-  const Posed X_WE = forward_kinematics(model, start).X_WB[hand.body];
+  ImpedanceEndEffector end_effector;
+  end_effector.body = model.body_index("target");
+  const Posed X_WE = forward_kinematics(model, start).X_WB[end_effector.body];
   const Vector3d axis{2.0 / 7, -3.0 / 7, 6.0 / 7};
   const double angle = 0.2;
   const Vector3d half = std::sin(angle / 2) * axis;
-  hand.reference.X_D = {
+  end_effector.reference.X_D = {
       X_WE.R * transpose(rotation_matrix(Quaterniond{std::cos(angle / 2), half[0], half[1], half[2]})), X_WE.p};
-  law.hands = {hand};
+  law.end_effectors = {end_effector};
   const auto impedance = std::make_shared<Impedance>(model, law, LawScope{arm_joints(model)});
   PhaseDynamics dynamics(model, with_law(model, impedance));
   IntegrationSetup integration;
@@ -234,13 +235,13 @@ class Drive : public ImpactDrive {
  public:
   Drive(const Model& model, std::shared_ptr<Impedance> law) : model_(model), law_(std::move(law)) {}
   double next_break(double) const override { return std::numeric_limits<double>::infinity(); }
-  void begin_piece(double, const State&, std::span<const ExternalWrench>) override {}
+  void begin_segment(double, const State&, std::span<const ExternalWrench>) override {}
   void efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                std::span<double> effort) override {
     law_->sense(wrenches);
-    const JointLawCommand said = law_->at(t, state, {});
+    const JointLawCommand command = law_->at(t, state, {});
     for (std::size_t j = 0; j < law_->joints().size(); ++j)
-      effort[model_.bodies()[model_.joints()[law_->joints()[j]]].v] = said.effort[static_cast<Eigen::Index>(j)];
+      effort[model_.bodies()[model_.joints()[law_->joints()[j]]].v] = command.effort[static_cast<Eigen::Index>(j)];
   }
 
  private:
@@ -248,7 +249,7 @@ class Drive : public ImpactDrive {
   std::shared_ptr<Impedance> law_;
 };
 
-struct Meeting {
+struct BallContact {
   Model model;
   State state;
   CompliantContact contact;
@@ -256,13 +257,13 @@ struct Meeting {
 };
 
 // A ball hits the end-effector of an arm at rest centrally.
-Meeting ball_meets_arm(const CompliantContact& like) {
+BallContact ball_against_arm(const CompliantContact& like) {
   Random random(3);
   const Model arm = random_arm(random, 7, false);
   ModelBuilder builder;
   for (const Body& b : arm.bodies()) builder.add(b.description);
   builder.add(free_body("ball", 12, Symmetric3d::diagonal(0.4, 0.4, 0.4)));
-  Meeting m{builder.build(), {}, like, 0.04};
+  BallContact m{builder.build(), {}, like, 0.04};
   Random again(4);
   const State posture = moving(arm, again, false, 0);
   m.state = zero_state(m.model);
@@ -271,22 +272,22 @@ Meeting ball_meets_arm(const CompliantContact& like) {
     const int count = b.description.joint.type == JointType::free ? 7 : 1;
     for (int k = 0; k < count; ++k) m.state.q[to.q + k] = posture.q[b.q + k];
   }
-  const int hand = m.model.body_index("link-7"), ball = m.model.body_index("ball");
-  m.contact.robot_body = hand, m.contact.target_body = ball;
+  const int end_effector = m.model.body_index("link-7"), ball = m.model.body_index("ball");
+  m.contact.robot_body = end_effector, m.contact.target_body = ball;
   m.contact.n_W = {3.0 / 7, -2.0 / 7, 6.0 / 7};
-  m.contact.p_WC = forward_kinematics(m.model, m.state).X_WB[hand] * Vector3d{0.4, 0, 0};
+  m.contact.p_WC = forward_kinematics(m.model, m.state).X_WB[end_effector] * Vector3d{0.4, 0, 0};
   set_root_pose(m.model, ball, {Rotationd::identity(), m.contact.p_WC - 0.3 * m.contact.n_W}, m.state);
   set_root_twist(m.model, ball, {Vector3d::zero(), m.speed * m.contact.n_W}, m.state);
   return m;
 }
 
-std::shared_ptr<Impedance> matched(const Meeting& m, double mass) {
+std::shared_ptr<Impedance> matched(const BallContact& m, double mass) {
   ImpedanceLaw law;
-  ImpedanceHand hand;
-  hand.body = m.contact.robot_body, hand.X_BE = {Rotationd::identity(), {0.4, 0, 0}};
-  hand.reference.X_D = forward_kinematics(m.model, m.state).X_WB[hand.body] * hand.X_BE;
-  hand.normal = m.contact.n_W, hand.matched_mass = mass;
-  law.hands = {hand};
+  ImpedanceEndEffector end_effector;
+  end_effector.body = m.contact.robot_body, end_effector.X_BE = {Rotationd::identity(), {0.4, 0, 0}};
+  end_effector.reference.X_D = forward_kinematics(m.model, m.state).X_WB[end_effector.body] * end_effector.X_BE;
+  end_effector.normal = m.contact.n_W, end_effector.matched_mass = mass;
+  law.end_effectors = {end_effector};
   return std::make_shared<Impedance>(m.model, std::move(law), LawScope{arm_joints(m.model)});
 }
 
@@ -300,7 +301,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
   crossley.model = ContactForceModel::hunt_crossley, crossley.stiffness = 4e4, crossley.damping = 5;
   for (const CompliantContact& like : {soft, hertz, crossley}) {
     if (test::kSanitized && like.model != soft.model) continue;  // their forces are in tests/impact
-    const Meeting m = ball_meets_arm(like);
+    const BallContact m = ball_against_arm(like);
     const double mass = matching_mass(m.contact, 12, m.speed);
     const double e = restitution_of(m.contact, mass * 12 / (mass + 12), m.speed);
     EXPECT_NEAR(e * mass, 12, 1e-10);
@@ -321,7 +322,7 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
     EXPECT_LT(o.energy_residual, 1e-9);
     EXPECT_GT(std::abs(o.drive_work), 1e-4 * o.kinetic_energy_before);
     EXPECT_LT(momentum_error(m.model, m.state, o.after), 1e-13);
-    // Another mass: the speed of the formula.
+    // With another mass the ball's final speed follows from the formula.
     const double other = 0.4 * mass, e_other = restitution_of(m.contact, other * 12 / (other + 12), m.speed);
     const double expected = m.speed * (12 - e_other * other) / (12 + other);
     const CompliantOutcome p = run(other);
@@ -338,20 +339,20 @@ TEST(Impedance, EffectiveMassAgreesWithTheGeneralizedJacobian) {
   const State s = moving(model, random, false, 0);
   const Vector3d n{2.0 / 7, 6.0 / 7, -3.0 / 7};
   const Kinematics k = forward_kinematics(model, s);
-  const int hand = model.body_index("link-7");
-  const Vector3d p = k.X_WB[hand] * Vector3d{0.4, 0, 0};
+  const int end_effector = model.body_index("link-7");
+  const Vector3d p = k.X_WB[end_effector] * Vector3d{0.4, 0, 0};
   Eigen::MatrixXd J(6, model.velocities());
-  point_jacobian(model, k, hand, p, J);
+  point_jacobian(model, k, end_effector, p, J);
   const Eigen::MatrixXd H = mass_matrix(model, s), H_b = H.topLeftCorner(6, 6), H_bm = H.topRightCorner(6, 7);
   const Eigen::MatrixXd back = lu_solution(H_b, H_bm);
   const Eigen::MatrixXd J_star = J.rightCols(7) - J.leftCols(6) * back;
   const Eigen::MatrixXd H_star = H.bottomRightCorner(7, 7) - H_bm.transpose() * back;
   const Eigen::VectorXd row = J_star.bottomRows<3>().transpose() * Eigen::Vector3d(n[0], n[1], n[2]);
   const double expected_joints = row.dot(lu_solution(H_star, row));
-  // The base also moves as a whole: for a free base, n^T J_b H_b^-1 J_b^T n.
+  // Rigid motion of a free base adds n^T J_b H_b^-1 J_b^T n.
   const Eigen::VectorXd base = J.leftCols(6).bottomRows<3>().transpose() * Eigen::Vector3d(n[0], n[1], n[2]);
   const double whole = expected_joints + base.dot(lu_solution(H_b, base));
-  EXPECT_NEAR(effective_mass(model, s, hand, p, n), 1 / whole, 1e-10 / whole);
+  EXPECT_NEAR(effective_mass(model, s, end_effector, p, n), 1 / whole, 1e-10 / whole);
   EXPECT_GT(expected_joints, whole - expected_joints);
 }
 
@@ -368,7 +369,7 @@ TEST(Impedance, ReportsClippedEfforts) {
   EXPECT_LT(cut.scale, 0.8);
 }
 
-// A fully extended planar arm cannot move its end-effector along itself: the condition shows it.
+// A fully extended planar arm cannot move its end-effector along the arm: the reported condition is near zero.
 TEST(Impedance, ConditionDropsNearRankLoss) {
   Random random(9);
   const Model model = random_arm(random, 3, true);

@@ -1,4 +1,4 @@
-/// Laws in complete captures: the shipped scenario, the end of a law, rejected settings.
+/// Control laws in complete captures: the shipped scenario, the end of a law, rejected settings.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ TEST(DetumblingCapture, BothArmsBringTheShippedSatelliteToRest) {
   EXPECT_LT(norm(vector_at(r, "targets/satellite/angular_velocity", last)), 1e-3);
 }
 
-// Without samples and loads the motion and the report are the same.
+// Motion and report are equal with and without samples and loads.
 TEST(DetumblingCapture, IsIndependentOfDetailColumns) {
   SKIP_UNDER_SANITIZERS();
   const CaptureProblem p = one_arm();
@@ -163,7 +163,7 @@ TEST(BaseKeepingCapture, BaseReturnsToItsAttitude) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_TRUE(r.base_keeping);
-  const BaseKeepingReport& b = *r.base_keeping;
+  const BaseHoldReport& b = *r.base_keeping;
   EXPECT_EQ(b.ended, LawEnd::running);
   EXPECT_EQ(b.rank, 3);
   EXPECT_GT(b.largest_angle, 1e-4);  // rotated by the impact

@@ -25,7 +25,7 @@ std::vector<LimitedLoad> random_loads(Random& random, double size) {
   return loads;
 }
 
-// Against a fine grid search of the interval.
+// Compared with a fine grid search of the interval.
 TEST(LoadShares, AgreeWithASearch) {
   int possible = 0, impossible = 0;
   for (int i = 0; i < 300; ++i) {
@@ -55,7 +55,7 @@ TEST(LoadShares, AgreeWithASearch) {
   EXPECT_GT(impossible, 50);
 }
 
-// As limits become too small the choice changes continuously.
+// The solution changes continuously as the limits become infeasible.
 TEST(LoadShares, AreContinuousInTheLimits) {
   double largest = 0;
   for (int i = 0; i < 50; ++i) {

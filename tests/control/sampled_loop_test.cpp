@@ -17,7 +17,7 @@ SampledLoop one_axis(double inertia, double kp, double kd, double period, double
 
 // Jury's conditions of a double integrator behind a hold: kd T < 2 I and kp T < 2 kd.
 TEST(SampledLoop, SingleAxisStabilityLimits) {
-  EXPECT_NEAR(growth_per_tick(one_axis(3, 0, 3, 0.5)), 1, 1e-9);  // a position without stiffness stays
+  EXPECT_NEAR(growth_per_tick(one_axis(3, 0, 3, 0.5)), 1, 1e-9);  // without stiffness the position is constant
   EXPECT_LT(growth_per_tick(one_axis(3, 0.5, 11.9, 0.5)), 1);
   EXPECT_GT(growth_per_tick(one_axis(3, 0.5, 12.1, 0.5)), 1);
   EXPECT_LT(growth_per_tick(one_axis(3, 3.9, 1, 0.5)), 1);

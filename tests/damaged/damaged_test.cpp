@@ -1,4 +1,4 @@
-// Damaged files and what the program says about them, word by word. README.md describes the folder.
+// Damaged files and the exact messages of the program for them. README.md describes the folder.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -25,7 +25,7 @@ std::string read(const fs::path& path) {
   return text.str();
 }
 
-// A command of a transcript and the lines that follow it.
+// A command of a transcript and the expected lines after it.
 struct Entry {
   std::string arguments;
   std::string expected;
@@ -50,7 +50,7 @@ struct Outcome {
   std::string out, err;
 };
 
-// As a user would type it, in the folder of the damaged files.
+// As a user types it, in the folder of the damaged files.
 Outcome run(const std::string& arguments) {
   static const fs::path base = fs::temp_directory_path() / ("grapnel-damaged-" + std::to_string(getpid()));
   const std::string out = base.string() + ".out", err = base.string() + ".err";
@@ -82,7 +82,7 @@ TEST_P(Damaged, MatchesTheTranscript) {
     EXPECT_EQ(outcome.err, entry.expected);
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(outcome.code, 2);
-    // A transcript that expects nothing would pass with a program that says nothing.
+    // A transcript without expected messages would pass with a program that prints none.
     EXPECT_NE(entry.expected.find(": error: "), std::string::npos);
   }
 }

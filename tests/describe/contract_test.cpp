@@ -1,4 +1,4 @@
-// What is made of a description: the JSON document, its schema, its TypeScript types, its tables.
+// Output generated from a description: the JSON document, its schema, its TypeScript types, its tables.
 #include "grapnel/describe/contract.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// The documentation's site as a reader has it: opened from disk, without a server and without a network. scripts/docs runs it
-// on what it has built: GRAPNEL_SITE is the folder, GRAPNEL_SITE_PICTURES one for screenshots.
+// The documentation site opened from disk, without a server and without a network. scripts/docs runs this on its
+// output: GRAPNEL_SITE is the folder, GRAPNEL_SITE_PICTURES a folder for screenshots.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync, readdirSync } from "node:fs";
 import path from "node:path";
@@ -14,7 +14,7 @@ const address = (name, query = "") => pathToFileURL(path.resolve(site, name)).hr
 const browser = await launch();
 test.after(() => browser.close());
 
-// Opens a page; `faults` are console errors, exceptions, and requests to anywhere but the disk or for what is not there.
+// Opens a page; `faults` are console errors, exceptions, and requests to the network or for missing files.
 async function open(url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const page = await context.newPage();
@@ -27,17 +27,17 @@ async function open(url, options = {}) {
   return { page, faults, close: () => context.close() };
 }
 
-async function look(page, name) {
+async function takeScreenshot(page, name) {
   if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
 }
 
 test("the first page leads to the tutorial", async () => {
   const { page, faults, close } = await open(address("index.html"));
-  await look(page, "index");
+  await takeScreenshot(page, "index");
   await page.locator("article a", { hasText: "tutorial" }).first().click();
   await page.waitForLoadState();
   assert.match(page.url(), /tutorial\.html$/);
-  await look(page, "tutorial");
+  await takeScreenshot(page, "tutorial");
   assert.deepEqual(faults, []);
   await close();
 });
@@ -53,7 +53,7 @@ for (const [words, expected] of [
     await found.first().waitFor({ timeout: 20000 });
     const places = await found.evaluateAll((links) => links.map((link) => link.getAttribute("href")));
     assert.ok(places.some((place) => expected.test(place)), `${words}: ${places}`);
-    await look(page, `search-${words.replace(/\W/g, "-")}`);
+    await takeScreenshot(page, `search-${words.replace(/\W/g, "-")}`);
     assert.deepEqual(faults, []);
     await found.first().click();
     await page.waitForLoadState();
@@ -70,7 +70,7 @@ test("a search without results gives a message", async () => {
 
 test("the page of pictures shows every scenario", async () => {
   const { page, faults, close } = await open(address("pictures.html"));
-  const images = page.locator('article img[alt^="Superposed"]');  // copy buttons have pictures, too
+  const images = page.locator('article img[alt^="Superposed"]');  // copy buttons contain pictures, too
   await images.evaluateAll((all) => all.forEach((image) => image.scrollIntoView()));
   const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
     await image.decode();
@@ -82,7 +82,7 @@ test("the page of pictures shows every scenario", async () => {
   assert.equal(sizes.length, scenarios.length);
   assert.ok(sizes.every((width) => width > 100), `${sizes}`);
   await images.first().scrollIntoViewIfNeeded();
-  await look(page, "gallery");
+  await takeScreenshot(page, "gallery");
   assert.deepEqual(faults, []);
   await close();
 });
@@ -92,7 +92,7 @@ test("pages are readable on a phone and in dark mode", async () => {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
-    await look(page, `phone-${name.replace(/\W/g, "-")}`);
+    await takeScreenshot(page, `phone-${name.replace(/\W/g, "-")}`);
     assert.deepEqual(faults, []);
     await close();
   }
@@ -104,7 +104,7 @@ test("the references have their contents", async () => {
   for (const word of ["grapnel run", "--extend", "Exit codes"]) assert.ok(commands.includes(word), word);
   const { page, faults, close } = await open(address("cpp/capture.html"));
   assert.ok(await page.locator("dt.sig", { hasText: "simulate_capture" }).count());
-  await look(page, "cpp-capture");
+  await takeScreenshot(page, "cpp-capture");
   assert.deepEqual(faults, []);
   await close();
 });

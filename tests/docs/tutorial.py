@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Does what docs/tutorial.md tells its reader to do, in an empty folder, and compares what is printed. Standard library only.
+"""Runs the commands of docs/tutorial.md in an empty folder, and compares their output. Standard library only.
 
 usage: tests/docs/tutorial.py PROGRAM [--show] [--python INTERPRETER MODULES]
 
---show prints what each command prints. --python: what runs `python3`, and the folder with the module `grapnel`; without them these commands are left out.
+--show prints the output of each command. --python: the interpreter for `python3`, and the folder with the module
+`grapnel`; without them Python commands are omitted.
 
-`<!-- file: NAME -->` before a block: the block is that file. `<!-- replace in NAME: WORDS -->`: it stands for the line with WORDS;
-`<!-- after in NAME: WORDS -->`: it is put behind that line. ```console: commands behind `$ `, and lines that they print, in
-this order; `...` stands for any lines, at the end of a line for the rest of it. `<!-- exit: N -->`: the exit code, which is else 0.
-Numbers may differ by 1 %, since other processors round otherwise and a plan's last digits follow; tiny ones are rounding.
+`<!-- file: NAME -->` before a block: the block is that file. `<!-- replace in NAME: WORDS -->`: it replaces the line
+with WORDS; `<!-- after in NAME: WORDS -->`: it is inserted after that line. ```console: commands after `$ `, and the
+lines that they print, in this order; `...` matches any lines, at the end of a line the rest of it. `<!-- exit: N -->`:
+the exit code (default 0). Numbers may differ by 1 %, since rounding differs between processors and affects the last
+digits of plans; tiny numbers are rounding errors.
 """
 import argparse
 import os
@@ -34,7 +36,7 @@ def same(shown, printed):
 
 
 def blocks(text):
-    """Fenced blocks: (what the comment before says, language, lines, line number)."""
+    """Fenced blocks: (the comment before, language, lines, line number)."""
     note, language, lines, begin = "", None, [], 0
     for number, line in enumerate(text.split("\n"), 1):
         if language is not None:
@@ -68,7 +70,7 @@ def edit(note, lines, folder):
 
 
 def compare(shown, printed):
-    """The first line shown that was not printed in its place, or nothing."""
+    """The first documented line missing from the output, or None."""
     at, gap = 0, False
     for line in shown:
         if line == "...":

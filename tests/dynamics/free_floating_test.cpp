@@ -80,7 +80,7 @@ TEST(RootVelocities, AreRecoveredFromMomenta) {
 }
 
 // (2.3): the twist of any frame is J_g rates + J_b I_b^-1 h, at zero momentum and at any other.
-TEST(FreeFloating, GeneralizedJacobianGivesTheFullTwist) {
+TEST(FreeFloating, GeneralizedJacobianYieldsTheFullTwist) {
   Worst difference("J_g rates + momentum twist against J v"), part("the part momentum has in the twist, at most");
   for (int i = 0; i < kRobots; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -132,7 +132,7 @@ TEST(FreeFloating, GeneralizedInertiaIsTheInverseOfTheJointBlockOfTheInverse) {
 }
 
 // (2.8) gives the joint accelerations of the full equations; external wrenches enter through J_g^T.
-TEST(FreeFloating, ReducedEquationGivesTheSameJointAccelerations) {
+TEST(FreeFloating, ReducedEquationYieldsTheSameJointAccelerations) {
   Worst difference("reduced equation against forward dynamics");
   for (int i = 0; i < kRobots; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -28,7 +28,7 @@ TEST(MassMatrix, ColumnsAreInverseDynamicsOfUnitAccelerations) {
       unit[k] = 1;
       const Eigen::VectorXd column = eigen(inverse_dynamics(c.model, rest, unit));
       ASSERT_LT(difference.note((column - M.col(k)).norm() / M.norm(), i), 1e-13);  // measured 7.0e-16
-      // With velocities and gravity the bias comes on top.
+      // Velocities and gravity add the bias.
       const Eigen::VectorXd moving = eigen(inverse_dynamics(c.model, c.state, unit, {{}, {}, c.forces.gravity}));
       ASSERT_LT((moving - h - M.col(k)).norm() / (M.norm() + h.norm()), 1e-13);
     }
@@ -37,7 +37,7 @@ TEST(MassMatrix, ColumnsAreInverseDynamicsOfUnitAccelerations) {
   }
 }
 
-// M = sum over bodies of J^T diag(I, m) J at their centres of mass, plus what the rotors reflect.
+// M = sum over bodies of J^T diag(I, m) J at their centres of mass, plus the reflected rotor inertias.
 TEST(MassMatrix, IsTheSumOverBodiesOfJtIJ) {
   Worst difference("mass matrix against sum of J^T I J");
   for (int i = 0; i < kRobots; ++i) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random robots of every kind with a state and forces, for the identities of this folder.
+/// Random robots of all kinds with a state and forces, for the identities tested in this folder.
 
 #include <Eigen/Core>
 
@@ -22,11 +22,11 @@ struct Case {
 /// Robot `index`: alternating fixed roots, spherical joints, additional targets, and few or many bodies.
 inline Case random_case(int index) {
   RobotOptions options;
-  options.least_bodies = 1;
+  options.min_bodies = 1;
   options.free_root = index % 4 != 3;
   options.spherical_joints = index % 3 == 1;
   options.targets = index % 5 == 2 ? 2 : 0;
-  options.most_bodies = index % 2 == 0 ? 20 : 6;
+  options.max_bodies = index % 2 == 0 ? 20 : 6;
   Random random(index);
   Model model = random_model(options, random);
   State state = random_state(model, random);
@@ -34,7 +34,7 @@ inline Case random_case(int index) {
   return {std::move(model), std::move(state), std::move(forces)};
 }
 
-/// Generalized forces of the external wrenches, sum J^T F: the Jacobian's way, not the kernels'.
+/// Generalized forces of the external wrenches, sum J^T F: computed by Jacobians, independent of the kernels.
 inline Eigen::VectorXd external_forces(const Case& c) {
   const Kinematics kinematics = forward_kinematics(c.model, c.state);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(c.model.velocities());
@@ -54,7 +54,7 @@ inline Eigen::VectorXd bias_of(const Model& model, const State& state, const Vec
 }
 inline Eigen::VectorXd bias_of(const Case& c) { return bias_of(c.model, c.state, c.forces.gravity); }
 
-/// The state `step` further along given rates of coordinates and velocities, quaternions normalized.
+/// The state after a step along given rates of coordinates and velocities, quaternions normalized.
 inline State advance(const Model& model, const State& state, const std::vector<double>& qdot,
                      const std::vector<double>& vdot, double step) {
   State result = state;

@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace rotor_test {
 
-// A random robot twice: with geared rotors, and with bodies in their place; v_long = G v_short.
+// A random robot in two models: with geared rotors, and with a separate body for each rotor; v_long = G v_short.
 struct Twice {
   Model geared, bodies;
   Eigen::MatrixXd G;
@@ -29,7 +29,7 @@ Symmetric3d disc(const Vector3d& a, double J) {
 Twice twice(int index) {
   Random random(index);
   RobotOptions options;
-  options.least_bodies = 3, options.most_bodies = 9;
+  options.min_bodies = 3, options.max_bodies = 9;
   options.rotors = false;
   options.free_root = index % 3 != 2;
   options.spherical_joints = index % 4 == 1;
@@ -118,7 +118,7 @@ TEST(Rotors, EqualGearedBodies) {
                                                  std::vector<double>(long_vdot.begin(), long_vdot.end()), forces));
     inverse = std::max(inverse, relative(eigen(inverse_dynamics(t.geared, t.state, vdot, forces)), tau));
 
-    // The articulated recursion goes back.
+    // The articulated-body recursion inverts this.
     forces.generalized.assign(tau.begin(), tau.end());
     const Eigen::VectorXd back = M * (eigen(forward_dynamics(t.geared, t.state, forces)) - eigen(vdot));
     forward = std::max(forward, back.lpNorm<Eigen::Infinity>() / tau.lpNorm<Eigen::Infinity>());
@@ -132,7 +132,7 @@ TEST(Rotors, EqualGearedBodies) {
     energy = std::max(energy, std::abs(kinetic_energy(t.geared, k, t.state) - T) / T);
     energy = std::max(energy, std::abs(0.5 * eigen(t.state.v).dot(M * eigen(t.state.v)) - T) / T);
 
-    // A free root's velocity from the momentum.
+    // Recovery of a free root's velocity from the momentum.
     if (t.geared.bodies()[0].description.joint.type != JointType::free) continue;
     Workspace workspace(t.geared);
     std::vector<RootMomentum<double>> roots(1);
@@ -153,7 +153,7 @@ TEST(Rotors, EqualGearedBodies) {
               energy, recovered);
 }
 
-// Joints whose accelerations are given: the forces that they take.
+// Joints with prescribed accelerations: the required forces.
 TEST(Rotors, ReactUnderPrescribedMotion) {
   double worst = 0;
   for (int i = 0; i < 100; ++i) {

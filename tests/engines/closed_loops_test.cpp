@@ -1,7 +1,6 @@
-// Closed loops against Simbody, whose closures are exact as ours: accelerations with the closures' forces and the
-// impulses that close them, on random servicers with two to four arms (tests/constraint) and on two arms welded at
-// their ends. Simbody has no reflected inertia of rotors: they
-// are taken off.
+// Closed loops against Simbody, whose loop constraints are exact like Grapnel's: accelerations with constraint forces,
+// and the impulses that close loops. Cases: random servicers with two to four arms (tests/constraint), and two arms
+// welded at their ends. Rotors are removed because Simbody has no reflected inertia.
 #include <gtest/gtest.h>
 
 #include "constraint/closed_case.hpp"

@@ -1,6 +1,6 @@
-// Joint and base accelerations against MuJoCo and Simbody on random branched robots: |a - a'| / |a| <= 1e-10 wherever
-// the mass matrix's condition number is below 1e6. The free root, its velocity and that of the joints, joint forces,
-// external wrenches and gravity all take part.
+// Joint and base accelerations against MuJoCo and Simbody on random branched robots: |a - a'| / |a| <= 1e-10 if the
+// condition number of the mass matrix is below 1e6. The cases include a free root with velocity, joint rates, joint
+// forces, external wrenches and gravity.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -19,8 +19,8 @@ namespace engines_test {
 
 using namespace testing;
 
-constexpr int kRobots = 1000;     // that meet the bound on the condition number
-constexpr double kBound = 1e-10;  // the issue's
+constexpr int kRobots = 1000;     // with a condition number below the bound
+constexpr double kBound = 1e-10;  // the required bound
 
 double condition(const Model& model, const State& state) {
   const Eigen::VectorXd lambda =

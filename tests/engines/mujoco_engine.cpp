@@ -101,7 +101,7 @@ std::string mjcf(const Model& model) {
 MujocoEngine::MujocoEngine(const Model& model)
     : grapnel_(model), model_(load(mjcf(model))), data_(mj_makeData(model_)) {
   for (const Body& b : model.bodies()) {
-    // MuJoCo orders bodies depth first: by name.
+    // MuJoCo orders bodies depth first: match them by name.
     const int body = mj_name2id(model_, mjOBJ_BODY, b.description.name.c_str());
     const bool moves = model_->body_jntnum[body] > 0;
     const int joint = model_->body_jntadr[body];
@@ -141,7 +141,7 @@ std::vector<double> MujocoEngine::acceleration(const State& state, const Forces&
   }
   mj_kinematics(model_, data_);
   for (const ExternalWrench& e : forces.external) {
-    // MuJoCo takes [force; moment] at the body's centre of mass.
+    // MuJoCo expects [force; moment] at the body's centre of mass.
     const int body = places_[e.body].body;
     const Wrenchd F = shift(e.F_W, vector(data_->xipos + 3 * body) - e.p_WP);
     for (int k = 0; k < 3; ++k) {

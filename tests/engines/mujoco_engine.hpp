@@ -13,8 +13,8 @@ struct mjData_;
 
 namespace grapnel::testing {
 
-/// MuJoCo counts a free joint's velocity as [linear in W; angular in B], so that its linear acceleration is that of the
-/// body's origin: v_mj = T v with T = [0 R; 1 0] on a free root's rows. Everywhere else the coordinates agree.
+/// MuJoCo defines a free joint's velocity as [linear in W; angular in B], so that its linear acceleration is that of
+/// the body's origin: v_mj = T v with T = [0 R; 1 0] on the rows of a free root. All other coordinates are equal.
 class MujocoEngine {
  public:
   explicit MujocoEngine(const Model& model);
@@ -30,7 +30,7 @@ class MujocoEngine {
 
  private:
   struct Place {
-    int body, q, v;  // MuJoCo's numbers for each of Grapnel's bodies
+    int body, q, v;  // MuJoCo's indices for each of Grapnel's bodies
   };
   const Model& grapnel_;
   mjModel_* model_ = nullptr;

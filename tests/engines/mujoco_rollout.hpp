@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// MuJoCo's steps of a Grapnel model under given joint efforts: what its `rollout` does with one case, on one thread.
+/// MuJoCo's steps of a Grapnel model with given joint efforts: its `rollout` for one case, on one thread.
 
 #include <memory>
 #include <span>
@@ -17,7 +17,7 @@ namespace grapnel::testing {
 class MujocoRollout {
  public:
   /// rk4: MuJoCo's integrator RK4, else Euler (semi-implicit). Contacts, constraints, actuators, passive forces,
-  /// sensors and warm starts are off: its leanest honest form.
+  /// sensors and warm starts are off: the fastest comparable configuration.
   MujocoRollout(const Model& model, double step, bool rk4);
   ~MujocoRollout();
   MujocoRollout(const MujocoRollout&) = delete;
@@ -34,7 +34,7 @@ class MujocoRollout {
 
  private:
   struct Place {
-    int q, v;  // MuJoCo's numbers for each of Grapnel's bodies
+    int q, v;  // MuJoCo's indices for each of Grapnel's bodies
   };
   void put(std::span<const double> initial);
   void get(double* state) const;
@@ -44,7 +44,7 @@ class MujocoRollout {
   mjModel_* model_ = nullptr;
   mjData_* data_ = nullptr;
   std::vector<Place> places_;
-  std::vector<int> driven_;  // MuJoCo's velocities of the joints
+  std::vector<int> driven_;  // MuJoCo's velocity indices of the joints
 };
 
 }  // namespace grapnel::testing

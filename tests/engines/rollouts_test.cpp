@@ -53,7 +53,7 @@ Model robot_without_friction(int i, Random& random) {
   const Model model = random_model(options, random);
   for (const Body& body : model.bodies()) {
     BodyDescription description = body.description;
-    description.joint.limits = {};  // efforts are not cut in MuJoCo
+    description.joint.limits = {};  // MuJoCo does not limit efforts
     builder.add(description);
   }
   return builder.build();
@@ -73,8 +73,8 @@ TEST(Rollouts, SemiImplicitEulerEqualsMujoco) {
   }
 }
 
-// MuJoCo's RK4 turns quaternions by weighted sums of angular velocities in a body's axes, ours are numbers during a
-// step: both tend to the same motion.
+// MuJoCo's RK4 rotates quaternions by weighted sums of angular velocities in body axes; Grapnel integrates quaternion
+// components within a step. Both converge to the same motion.
 TEST(Rollouts, RungeKuttaConvergesToMujoco) {
   Worst worst("MuJoCo's RK4, after 0.01 s");
   for (int i = 0; i < 50; ++i) {

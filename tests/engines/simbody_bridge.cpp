@@ -41,7 +41,7 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<S
     : parts_(std::make_unique<Parts>()) {
   using SimTK::MobilizedBody;
   using SimTK::Transform;
-  // Used without normalization: a constructor that repairs it would change it.
+  // Used without normalization: a constructor that normalizes would change it.
   const auto rotation = [](const std::array<double, 9>& r) {
     return SimTK::Rotation(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
   };
@@ -51,7 +51,8 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<S
         parts_->matter.updMobilizedBody(b.parent < 0 ? SimTK::GroundIndex : parts_->bodies[b.parent]);
     const Transform X_PF(rotation(b.R_PF), vec3(b.p_PF));
     const SimTK::Body::Rigid body = rigid_body(b);
-    // A pin turns about z, a slider moves along x of the joint's frames: those are turned onto the axis on both sides.
+    // A pin rotates about z, a slider moves along x of the joint's frames; both frames are rotated to align with the
+    // axis.
     const auto along = [&](SimTK::CoordinateAxis axis) {
       return Transform(SimTK::Rotation(SimTK::UnitVec3(vec3(b.axis)), axis));
     };

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Simbody behind plain data: its headers do not compile as C++20, Grapnel's not as C++17. Quantities and coordinates
-/// are Grapnel's (Model's file comment); the conversion to Simbody's is done with Simbody's own algebra.
+/// Simbody with a plain-data interface: its headers do not compile as C++20, Grapnel's not as C++17. Quantities and
+/// coordinates are Grapnel's (file comment of Model); Simbody's own functions convert them.
 
 #include <array>
 #include <memory>
@@ -29,7 +29,7 @@ struct SimbodyWrench {
 
 enum class SimbodyClosureKind { weld, hinge, ball };
 
-/// Keeps frame C on body a and frame D on body b together; poses as SimbodyBody's.
+/// Constrains frame C on body a to frame D on body b; poses as in SimbodyBody.
 struct SimbodyClosure {
   int a, b;
   SimbodyClosureKind kind;

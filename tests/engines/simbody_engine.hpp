@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A Grapnel model in Simbody. Rotors are left out: Simbody's mobilizers have no reflected inertia.
+/// A Grapnel model in Simbody, without rotors: Simbody's mobilizers have no reflected inertia.
 
 #include "engines/simbody_bridge.hpp"
 #include "grapnel/constraint/loop_closure.hpp"
@@ -12,7 +12,7 @@ namespace grapnel::testing {
 class SimbodyEngine {
  public:
   explicit SimbodyEngine(const Model& model, std::span<const LoopClosure> closures = {});
-  /// Accelerations of Grapnel's velocities, with the closures kept.
+  /// Accelerations of Grapnel's velocities, with the closures enforced.
   std::vector<double> acceleration(const State& state, const Forces& forces);
   /// Velocity after the impulses that close all loops.
   std::vector<double> closed_velocity(const State& state) { return bridge_.closed_velocity(state.q, state.v); }

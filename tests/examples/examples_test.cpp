@@ -1,5 +1,4 @@
-// The captures of scenarios/, run as their files say, and their planned approaches measured by kinematics that the
-// tests write down themselves.
+// The shipped captures of scenarios/, run unchanged. The tests' own kinematics check the planned approaches.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +20,7 @@ namespace examples_test {
 
 const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
 
-// Planned, tracked by torques, captured, followed afterwards.
+// Scenarios with a plan, torque tracking, a capture and post-impact motion.
 const std::vector<std::string> kPlanned{
     "dual-arm-tumbling-targets",  "dual-arm-envelope-capture", "heavy-satellite-flat-spin",
     "heavy-satellite-detumble",   "heavy-satellite-braking",   "six-arm-servicer",
@@ -43,7 +42,7 @@ const BodyMotion& motion_of(const std::vector<BodyMotion>& bodies, const std::st
   return *std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == name; });
 }
 
-// What a target has more after the impact than before: momentum, and angular momentum about a point in W.
+// Change of a target's momentum in the impact: linear, and angular about a point in W.
 struct Gain {
   Vector3d linear, angular;
 };
@@ -59,18 +58,18 @@ Gain gain_of(const TargetSetup& target, const ImpactReport& impact, const Vector
   return {after.linear - before.linear, after.angular - before.angular};
 }
 
-// A target gets what the robot does not: the opposite of all its grasps' impulses together.
+// The change of a target's momentum is the opposite of the sum of its grasps' impulses.
 void expect_accounted(const CaptureProblem& p, const ImpactReport& impact) {
   for (const TargetSetup& target : p.targets) {
     const auto grasps = [&](const GraspImpulse& g) { return g.target == target.name; };
     const auto first = std::find_if(impact.grasps.begin(), impact.grasps.end(), grasps);
     ASSERT_NE(first, impact.grasps.end());
-    const Vector3d p_WC = first->contact_point;  // where moments are taken
+    const Vector3d p_WC = first->contact_point;  // reference point of moments
     const Gain gain = gain_of(target, impact, p_WC);
     Gain left = gain;
     for (const GraspImpulse& g : impact.grasps) {
       if (!grasps(g)) continue;
-      EXPECT_GT(g.gap, 1e-5);  // friction and noise are felt
+      EXPECT_GT(g.gap, 1e-5);  // tracking errors from friction and noise
       EXPECT_GT(g.impulse_magnitude, 1e-3);
       left.linear += g.impulse;
       left.angular += g.angular_impulse + cross(g.contact_point - p_WC, g.impulse);
@@ -95,7 +94,7 @@ std::string name_of_test(const ::testing::TestParamInfo<std::string>& file) {
   return words;
 }
 
-// Planned, tracked by torques, captured, followed afterwards.
+// Checks a capture with a plan, torque tracking and post-impact motion.
 void expect_within_limits(const CaptureProblem& p, const CaptureResult& r) {
   ASSERT_TRUE(p.approach->plan && p.post_impact);
   EXPECT_NE(p.approach->tracking.mode, JointControl::prescribed);
@@ -103,14 +102,14 @@ void expect_within_limits(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_GT(norm(p.momentum->linear), 1);
   EXPECT_GT(norm(p.momentum->angular), 1);
   ASSERT_TRUE(r.captured() && r.impact && r.post_impact_end);
-  EXPECT_EQ(r.capture_verdict(), Captured::yes);  // judged by envelopes
+  EXPECT_EQ(r.capture_verdict(), Captured::yes);  // evaluated with envelopes
   EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
   for (const LedgerEntry& e : r.ledger.entries) EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
   for (const std::string& warning : r.warnings)
     if (!warning.starts_with("saturated: base control")) ADD_FAILURE() << warning;
-  for (const LimitEvent& e : r.limit_events)  // no drive saturates either; what turns the base may
+  for (const LimitEvent& e : r.limit_events)  // no joint drive saturates; base control may
     EXPECT_TRUE(e.kind == LimitKind::effort_saturated && e.joint.starts_with("base control")) << e.joint;
-  // The approach and afterwards, which later impacts and releases cut.
+  // The approach and the post-impact motion, which later impacts and releases divide.
   const bool law_is_over = r.detumbling && r.detumbling->ended != LawEnd::running;
   ASSERT_EQ(r.clearance.size(), 2 + r.later_impacts.size() + r.releases.size() + law_is_over);
   for (const MinimumClearance& c : r.clearance)
@@ -120,10 +119,11 @@ void expect_within_limits(const CaptureProblem& p, const CaptureResult& r) {
   for (const ImpactReport& later : r.later_impacts) expect_accounted(p, later);
 }
 
-// Several arms on one target: `rows` of all grasps together, all independent; the impulses of the first impact as the
-// file's header has them; the loops that are closed while all grasps hold.
+// Several arms on one target: `rows` is the number of constraint rows of all grasps together, all independent;
+// `impulses` are those of the first impact as stated in the file's header; `loops` is the number of closed loops while
+// all grasps hold.
 void expect_closed_loops(const CaptureResult& r, int rows, const std::vector<double>& impulses, std::size_t loops,
-                         std::size_t pieces = 1) {
+                         std::size_t segments = 1) {
   ASSERT_TRUE(r.impact && r.captured());
   EXPECT_EQ(r.impact->rows, rows);
   EXPECT_EQ(r.impact->rank, rows);
@@ -135,12 +135,12 @@ void expect_closed_loops(const CaptureResult& r, int rows, const std::vector<dou
     EXPECT_NEAR(g.impulse_magnitude, impulses[i], 0.05);
     EXPECT_TRUE(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
   }
-  ASSERT_EQ(r.loops.size(), pieces);
+  ASSERT_EQ(r.loops.size(), segments);
   EXPECT_EQ(r.loops[0].closures.size(), loops);
   EXPECT_TRUE(row(r, "loop_closure_position").applies);
 }
 
-// Both hands, half a second apart; both release it 20 s after the first has closed.
+// Two end-effectors grasp half a second apart; both release 20 s after the first grasp.
 void expect_second_grasp_later(const CaptureResult& r) {
   ASSERT_TRUE(r.impact && r.captured());
   EXPECT_EQ(r.impact->time, 45);
@@ -152,15 +152,15 @@ void expect_second_grasp_later(const CaptureResult& r) {
   ASSERT_EQ(second.grasps.size(), 2u);
   EXPECT_EQ(second.rows, 12);
   EXPECT_EQ(second.rank, 12);
-  EXPECT_LT(norm(second.grasps[0].relative_velocity_before), 1e-15);  // it held; measured 6e-19
+  EXPECT_LT(norm(second.grasps[0].relative_velocity_before), 1e-15);  // the grasp held; measured 6e-19
   EXPECT_GT(norm(second.grasps[1].relative_velocity_before), 1e-3);   // measured 5.7 mm/s
   EXPECT_LT(second.kinetic_energy_after, second.kinetic_energy_before);
   ASSERT_EQ(r.releases.size(), 1u);
   EXPECT_EQ(r.releases[0].time, 65);
   EXPECT_EQ(r.releases[0].end_effectors.size(), 2u);
   for (const GraspOutcome& grasp : r.grasps) EXPECT_EQ(grasp.released, 65.0);
-  ASSERT_EQ(r.loops.size(), 1u);  // closed from 45.5 s to 65 s, before and after that there is none
-  // What release keeps its motion: the samples just before and just after.
+  ASSERT_EQ(r.loops.size(), 1u);  // closed from 45.5 s to 65 s only
+  // A release does not change the motion: the samples just before and just after.
   const std::size_t after = first_sample(r, "post_impact_3");
   ASSERT_LT(after, r.series.time.size());
   EXPECT_EQ(r.series.time[after], 65);
@@ -172,7 +172,7 @@ void expect_second_grasp_later(const CaptureResult& r) {
   }
 }
 
-// A hand that only touches: nothing is held, the satellite leaves, and the run continues.
+// A contact without a grasp: nothing is held, the satellite recedes, and the run continues.
 void expect_rebound(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_TRUE(r.ledger.feasible());
   EXPECT_FALSE(r.captured());
@@ -191,13 +191,13 @@ void expect_rebound(const CaptureProblem& p, const CaptureResult& r) {
               r.post_impact_end->end_effectors[0].miss_distance);
 }
 
-// Grippers of a given stiffness: forces over time, and how near they are to the ratings.
+// Grippers with a given stiffness: force histories, and margins to the ratings.
 void expect_force_profile(const CaptureResult& r) {
   EXPECT_TRUE(r.ledger.feasible());
   for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
   ASSERT_TRUE(r.captured() && r.impact && r.impact->compliant);
   EXPECT_EQ(r.impact->compliant->end, "settled");
-  ASSERT_EQ(r.clearance.size(), 3u);  // approach, the impact, afterwards
+  ASSERT_EQ(r.clearance.size(), 3u);  // approach, impact, post-impact motion
   EXPECT_EQ(r.clearance[1].phase, "contact");
   ASSERT_EQ(r.impact->speed_limits.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -211,7 +211,7 @@ void expect_force_profile(const CaptureResult& r) {
   }
 }
 
-// What the target brings ends in the wheels, and the base is back at its attitude.
+// The wheels absorb the target's momentum, and the base returns to its attitude.
 void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_TRUE(r.captured());
   EXPECT_TRUE(r.ledger.feasible());
@@ -234,7 +234,7 @@ void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResul
   EXPECT_LT(norm(L - stored), 1e-3 * norm(L));
 }
 
-// What the target brings ends in the gyros, which turn the stack besides, with motors of little torque.
+// The gyros absorb the target's momentum and rotate the base, with motors of low torque.
 void expect_gyros_take_the_momentum(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_TRUE(r.captured());
   EXPECT_TRUE(r.ledger.feasible());
@@ -280,7 +280,7 @@ void expect_gyros_take_the_momentum(const CaptureProblem& p, const CaptureResult
   EXPECT_GT(on_base, 20 * most);
 }
 
-// Joints stick, and one meets its stop; what friction and stops take is accounted for.
+// Joints stick, and one reaches its stop; the ledger accounts for the losses by friction and stops.
 void expect_real_joints(const CaptureResult& r) {
   EXPECT_TRUE(r.captured());
   ASSERT_FALSE(r.joints.empty());
@@ -303,7 +303,7 @@ void expect_real_joints(const CaptureResult& r) {
   EXPECT_GT(lost, 0);
 }
 
-// What the wheels hold at the end is what they held before the contact and the target's own angular momentum.
+// The final momentum of the wheels equals their initial momentum plus the target's angular momentum.
 void expect_bias_is_reversed(const CaptureProblem& p, const CaptureResult& r) {
   expect_wheels_take_the_momentum(p, r);
   Vector3d before = Vector3d::zero(), after = Vector3d::zero();
@@ -334,10 +334,10 @@ void expect_sensing(const CaptureResult& r) {
   ASSERT_FALSE(r.identification->parameters.empty());
   const IdentifiedParameter& mass = r.identification->parameters[0];
   std::printf("[ measured ] gap %.3g m, mass %.6g of %.6g kg\n", r.grasps[0].distance, mass.value.value(), mass.truth);
-  EXPECT_LT(std::abs(mass.error().value()), 600);  // 3000 kg were missing in the guess
+  EXPECT_LT(std::abs(mass.error().value()), 600);  // the initial guess is 3000 kg too low
 }
 
-// The bound holds in orbit as well, to what gravity adds; and what acts from outside does not come to zero.
+// The torque bound holds in orbit as well, up to the gravity gradient; the external torque does not vanish.
 void expect_detumbling_in_orbit(const CaptureResult& r) {
   expect_closed_loops(r, 12, {0.025, 0.018}, 1, 2);
   ASSERT_TRUE(r.detumbling);
@@ -354,7 +354,7 @@ void expect_detumbling_in_orbit(const CaptureResult& r) {
   EXPECT_LT(held, 1e-2);
 }
 
-// ---- Every scenario shipped, run once ----
+// ---- Every shipped scenario, run once ----
 
 std::vector<std::string> shipped() {
   std::vector<std::string> names;
@@ -369,7 +369,7 @@ std::vector<std::string> shipped() {
 class Shipped : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Examples, Shipped, ::testing::ValuesIn(shipped()), name_of_test);
 
-// The logged torques of a controller take the joints' and the base's motion away.
+// The logged torques of a controller bring joints and base nearly to rest.
 void expect_torques_brake(const CaptureResult& r) {
   ASSERT_TRUE(r.impact && r.post_impact_end);
   double before = 0, after = 0;
@@ -388,7 +388,7 @@ void expect_torques_brake(const CaptureResult& r) {
   EXPECT_LT(norm(r.post_impact_end->base.angular_velocity), 5e-4);  // measured 3.2e-4
 }
 
-// Captured, braked and held by wheels that thrusters relieve of what the target brought.
+// Captured, braked and held by wheels; thrusters unload the momentum of the target.
 void expect_a_stack_at_rest(const CaptureResult& r) {
   const double turning = norm(r.post_impact_end->base.angular_velocity);
   double fullest = 0;
@@ -406,12 +406,13 @@ void expect_a_stack_at_rest(const CaptureResult& r) {
   EXPECT_FALSE(r.thrusters->hazards.empty());
 }
 
-// The hand comes to its place, and the contact takes the satellite's speed along its normal away.
+// The end-effector reaches its reference, and the contact removes the satellite's velocity along the normal.
 void expect_a_stopped_target(const CaptureResult& r) {
   ASSERT_TRUE(r.approach_impedance && r.impact && r.impact->effective_masses.size() == 1 && r.impedance);
   const EffectiveMass& m = r.impact->effective_masses[0];
-  std::printf("[ measured ] hand %.3g kg, as matched %.4g kg, target %.4g kg, e %.3g: %.4g to %.3g m/s\n", m.hand,
-              m.apparent.value(), m.of_target, m.restitution, m.target_speed_before, m.target_speed_after);
+  std::printf("[ measured ] hand %.3g kg, as matched %.4g kg, target %.4g kg, e %.3g: %.4g to %.3g m/s\n",
+              m.of_end_effector, m.apparent.value(), m.of_target, m.restitution, m.target_speed_before,
+              m.target_speed_after);
   EXPECT_NEAR(m.restitution * *m.apparent, m.of_target, 1e-6 * m.of_target);
   EXPECT_LT(std::abs(m.target_speed_after), 0.05 * std::abs(m.target_speed_before));
   EXPECT_EQ(r.approach_impedance->ended, LawEnd::running);
@@ -419,8 +420,8 @@ void expect_a_stopped_target(const CaptureResult& r) {
   EXPECT_EQ(r.impedance->ended, LawEnd::running);
 }
 
-// A compliant hand receives a smaller impulse than a free one, and that a smaller one than a hand with driven joints:
-// between the last two lies the published peak of controlled hands (docs/validation.md).
+// A compliant arm receives a smaller impulse than a free one, and a free one a smaller impulse than an arm with driven
+// joints. The published peak of a controlled end-effector lies between the last two (docs/validation.md).
 void expect_a_softer_hit(const CaptureProblem& p, const CaptureResult& r) {
   const auto peak = [](const CaptureResult& run) { return run.impact.value().grasps[0].profile.value().peak_force; };
   const auto peak_with = [&](ImpactSetup::Joints joints) {
@@ -437,7 +438,7 @@ void expect_a_softer_hit(const CaptureProblem& p, const CaptureResult& r) {
   EXPECT_EQ(r.impedance.value().ended, LawEnd::running);
 }
 
-// The force between the grasps follows its reference, and the satellite stays.
+// The force between the grasps follows its reference, and the satellite remains in place.
 void expect_a_squeeze(const CaptureResult& r) {
   expect_closed_loops(r, 12, {1.1, 0.8}, 1);
   ASSERT_TRUE(r.grasp_force && r.grasp_force->pairs.size() == 1);
@@ -450,18 +451,18 @@ void expect_a_squeeze(const CaptureResult& r) {
   EXPECT_LT(g.pairs[0].largest_error, 1e-9);
 }
 
-// The handle faces the arm only part of the time, and the time that was chosen is the best of those.
+// The handle faces the arm during part of the time only; the chosen time has the best objective of the reachable times.
 void expect_a_chosen_time(const CaptureResult& r) {
   ASSERT_TRUE(r.plan && r.plan->window);
   const WindowReport& window = *r.plan->window;
   std::printf("[ measured ] capture at %.6f s, objective %.9g\n", window.time, r.plan->objective_value);
-  EXPECT_NEAR(window.time, 94.697, 0.02);  // flat: an objective to rounding says no more
+  EXPECT_NEAR(window.time, 94.697, 0.02);  // flat minimum: the time is not determined more accurately
   EXPECT_EQ(r.approach_end.value().time, window.time);
   int reached = 0;
   for (const WindowPoint& point : window.points) {
     const bool away = point.direction_angle > 1.5707963267948966;
     EXPECT_EQ(away, point.reason.starts_with("the approach direction")) << point.time;
-    // It turns once in two minutes; the tests know no more of when than that.
+    // One revolution takes two minutes; the tests use no more accurate times.
     if (point.time < 50 || point.time > 98.5) {
       EXPECT_TRUE(away) << point.time;
     }
@@ -495,7 +496,7 @@ void expect_ringing_panels(const CaptureResult& r) {
   EXPECT_GT(last, 2 * before);  // measured 2.4
 }
 
-// It arrives although it bends, and what it holds makes its slowest mode five times slower.
+// The flexible arm reaches the grasp point, and the captured mass lowers its slowest frequency by a factor of five.
 void expect_a_long_arm(const CaptureResult& r) {
   EXPECT_LT(r.impact->grasps[0].gap, 1e-9);
   ASSERT_EQ(r.elastic.size(), 2u);
@@ -506,24 +507,24 @@ void expect_a_long_arm(const CaptureResult& r) {
   EXPECT_GT(norm(r.impact->grasps[0].impulse), 0.4);  // measured 0.4695
 }
 
-// The plan's objective and constraints in the simulated trajectory: the base barely rotates, and the arms keep their
-// distance up to tracking errors.
+// The plan's objective and constraints in the simulated trajectory: the base barely rotates, and the arms satisfy the
+// minimum clearance up to tracking errors.
 void expect_a_quiet_approach(const CaptureResult& r) {
   double turn = 0;
   const Rotationd R = pose_at(r, "base", 0).R;
   for (std::size_t i = 0; i < first_sample(r, "post_impact"); ++i)
     turn = std::max(turn, rotation_angle(transpose(R) * pose_at(r, "base", i).R));
-  ASSERT_TRUE(r.plan && r.plan->way && r.plan->way->clearance);
+  ASSERT_TRUE(r.plan && r.plan->path && r.plan->path->clearance);
   std::printf("[ measured ] the base turns by %.4f rad, planned %.4f; clearance %.4f m, planned %.4f\n", turn,
-              r.plan->way->base_turn, r.clearance.front().distance, *r.plan->way->clearance);
+              r.plan->path->base_turn, r.clearance.front().distance, *r.plan->path->clearance);
   EXPECT_NEAR(turn, 0.0178, 2e-3);
-  EXPECT_NEAR(turn, r.plan->way->base_turn, 2e-4);
-  EXPECT_GE(*r.plan->way->clearance, 0.08 - 1e-6);
-  EXPECT_LT(r.plan->way->rate_share.value(), 1);
+  EXPECT_NEAR(turn, r.plan->path->base_turn, 2e-4);
+  EXPECT_GE(*r.plan->path->clearance, 0.08 - 1e-6);
+  EXPECT_LT(r.plan->path->rate_share.value(), 1);
   EXPECT_GT(r.clearance.front().distance, 0.078);
 }
 
-// A run without a capture: no verdict of one, and the gravity gradient turns the servicer.
+// A run without a capture: no capture verdict, and the gravity gradient rotates the servicer.
 void expect_a_coast(const CaptureResult& r) {
   EXPECT_FALSE(r.impact.has_value());
   ASSERT_EQ(r.phases.size(), 1u);
@@ -535,7 +536,7 @@ void expect_a_coast(const CaptureResult& r) {
   EXPECT_GT(turn, 0.1);
 }
 
-// Thrusters end their phase at the stated rate; the wheels turn by 60 deg and hold.
+// Thrusters end their phase at the stated rate; the wheels rotate the base by 60 deg and hold it.
 void expect_a_manoeuvre(const CaptureResult& r) {
   EXPECT_FALSE(r.impact.has_value());
   ASSERT_EQ(r.phases.size(), 3u);
@@ -551,7 +552,7 @@ void expect_a_manoeuvre(const CaptureResult& r) {
   EXPECT_LT(left, 1e-9);
 }
 
-// What the report draws is what was simulated, and the summary keeps the published schema.
+// The scene agrees with the simulated motion, and the summary satisfies the published schema.
 TEST_P(Shipped, RunsAsDocumented) {
   const std::string name = GetParam();
   const CaptureProblem p = load(name);
@@ -561,20 +562,20 @@ TEST_P(Shipped, RunsAsDocumented) {
   expect_complete_scene(r, p);
   const SceneDeviation d = scene_deviation(r);
   EXPECT_LT(d.end_effectors, 1e-12);
-  // Between two pieces that bend about several axes the scene tells the first of their hinges, behind which the others
-  // turn: measured 3.6e-5.
+  // Between two segments that bend about several axes the scene states only the first hinge, which carries the others:
+  // measured 3.6e-5.
   EXPECT_LT(d.joints, name == "station-arm-flexible" ? 1e-3 : 1e-12);
   EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name == "first-plan" || name == "own-controller" ||
                                 name == "planar-admittance");
   if (r.scene.planar) {
     EXPECT_LT(d.out_of_plane, 1e-12);
   } else {
-    EXPECT_GT(d.out_of_plane, 1e-3);  // it is not planar, and does not look so
+    EXPECT_GT(d.out_of_plane, 1e-3);  // the motion is not planar, and not reported as planar
   }
   std::printf("[ measured ] scene: end-effectors %.2g, joints %.2g\n", d.end_effectors, d.joints);
 
-  // The thesis's cases and the orbit have separate tests; first-plan and seven-joint-dual-capture show how files are
-  // written.
+  // Separate tests cover the thesis's cases and the orbit; first-plan and seven-joint-dual-capture demonstrate the file
+  // format.
   if (name.starts_with("thesis/") || name == "orbit-drift" || name == "first-plan" ||
       name == "seven-joint-dual-capture")
     return;
@@ -612,8 +613,8 @@ TEST_P(Shipped, RunsAsDocumented) {
   if (name == "quiet-approach") expect_a_quiet_approach(r);
 }
 
-// A search from where the one before came to rest may fail where others succeed: they are asked where it does not say
-// why.
+// A search that starts from the solution at the previous time may fail where other initial guesses succeed. If it fails
+// without a cause, the other guesses are tried.
 TEST(CaptureWindow, FindsTimesReachedByOtherGuesses) {
   const CaptureTime chosen = choose_capture_time(
       load("tumbling-window", {{"initial.base.momentum", "{linear: [0, 0, 0], angular: [0, 0, 0]}"}}));
@@ -621,7 +622,7 @@ TEST(CaptureWindow, FindsTimesReachedByOtherGuesses) {
     EXPECT_EQ(point.reachable, point.time > 76 && point.time < 97.5) << point.time << ": " << point.reason;
 }
 
-// The shipped scenarios have friction and compliant.
+// The shipped scenarios cover friction and compliant impacts.
 TEST(SummarySchema, HoldsForEveryLaw) {
   for (const char* law : {"bilateral_restitution", "as_published"})
     EXPECT_THAT(schema_faults(simulate_capture(load("thesis/open-loop-case-1", {{"impact.law", law}}))),
@@ -636,13 +637,14 @@ TEST(SummarySchema, HoldsForEveryLaw) {
 class Planned : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Examples, Planned, ::testing::ValuesIn(kPlanned), name_of_test);
 
-// Ideal tracking, no noise: at T the hands are where and as fast as the plan wants them, by the tests' own kinematics.
-TEST_P(Planned, EveryHandReachesGraspPoint) {
+// Ideal tracking without noise: at T the end-effectors have the planned positions and velocities, by the tests' own
+// kinematics.
+TEST_P(Planned, EveryEndEffectorReachesGraspPoint) {
   CaptureProblem p = load(GetParam(), {{"approach.tracking", "{mode: ideal}"}, {"approach.capture_at", "end"}});
   p.impact.reset();
   p.post_impact.reset();
   for (GraspSetup& grasp : p.grasps) grasp.closes = GraspSetup::Closes::together;  // as planned
-  if (p.approach->window) {  // stated from here on, with a sample where the straight piece begins
+  if (p.approach->window) {  // fixed from here on, with a sample at the start of the final straight approach
     p = choose_capture_time(p).problem;
     p.output_interval = (p.approach->duration - p.approach->straight_in->duration) / 800;
   }
@@ -669,14 +671,14 @@ TEST_P(Planned, EveryHandReachesGraspPoint) {
     for (std::size_t i = 0; i < p.grasps.size(); ++i) {
       const GraspSetup& grasp = p.grasps[i];
       const GraspPoint& point = point_of(p, grasp);
-      const Posed X_WE = written_hand(p.robot, poses, grasp.end_effector);
+      const Posed X_WE = written_end_effector(p.robot, poses, grasp.end_effector);
       const Posed X_WT = pose_at(r, "targets/" + grasp.target, k);
-      const Vector3d way = transposed_times(X_WT.R, X_WE.p - X_WT * point.X_TG.p);  // from the grasp point, in T
-      const double along = dot(way, *point.approach_direction);
-      worst_across = std::max(worst_across, norm(way - along * *point.approach_direction));
-      const EndEffectorSetup& hand = *std::find_if(p.robot.end_effectors.begin(), p.robot.end_effectors.end(),
-                                                   [&](const auto& e) { return e.name == grasp.end_effector; });
-      const Vector3d reach = X_WE.R * *hand.approach_axis, direction = X_WT.R * *point.approach_direction;
+      const Vector3d offset = transposed_times(X_WT.R, X_WE.p - X_WT * point.X_TG.p);  // from the grasp point, in T
+      const double along = dot(offset, *point.approach_direction);
+      worst_across = std::max(worst_across, norm(offset - along * *point.approach_direction));
+      const EndEffectorSetup& gripper = *std::find_if(p.robot.end_effectors.begin(), p.robot.end_effectors.end(),
+                                                      [&](const auto& e) { return e.name == grasp.end_effector; });
+      const Vector3d reach = X_WE.R * *gripper.approach_axis, direction = X_WT.R * *point.approach_direction;
       worst_angle = std::max(worst_angle, norm(cross(reach, direction)));
       EXPECT_GT(dot(reach, direction), 0);
       if (std::abs(t - begin) < 1e-9) {
@@ -684,13 +686,13 @@ TEST_P(Planned, EveryHandReachesGraspPoint) {
         ++begins;
       }
       if (k + 1 == samples) {
-        worst_miss = std::max(worst_miss, norm(way));
+        worst_miss = std::max(worst_miss, norm(offset));
         const double step = t - r.series.time[k - 1];
         EXPECT_NEAR((along - before[i]) / step, in.final_speed,
-                    0.01 * in.final_speed + 1e-4);  // 0.4 per cent: the jerk
+                    0.01 * in.final_speed + 1e-4);  // 0.4 %, due to the jerk
         const EndEffectorMotion& end = r.approach_end->end_effectors[i];
         ASSERT_EQ(end.name, grasp.end_effector);
-        EXPECT_NEAR(end.miss_distance, norm(way), 1e-12);
+        EXPECT_NEAR(end.miss_distance, norm(offset), 1e-12);
         worst_speed = std::max(worst_speed, norm(end.relative_velocity - in.final_speed * direction));
         largest_speed = std::max(largest_speed, norm(end.velocity));
       }
@@ -710,7 +712,7 @@ TEST_P(Planned, EveryHandReachesGraspPoint) {
       worst_miss, worst_angle, worst_across, worst_speed, worst_com, largest_speed);
 }
 
-// ---- What cannot be done ----
+// ---- Infeasible captures ----
 
 CaptureResult failing(const std::string& name, const std::vector<Override>& overrides) {
   const CaptureResult r = simulate_capture(load(name, overrides));
@@ -726,7 +728,7 @@ TEST(ExamplesOutOfReach, FailBeforeMotionAndNameArm) {
       failing("heavy-satellite-flat-spin", {{"targets.satellite.state.position", "[-0.3, 0.4, 9.9]"}});
   EXPECT_NE(heavy.failure.find("end-effector 'hand' comes no closer than"), std::string::npos) << heavy.failure;
   EXPECT_NE(heavy.failure.find("the arm is at most 5.354 m long"), std::string::npos) << heavy.failure;
-  // One of six.
+  // One of six arms is out of reach.
   const CaptureResult six = failing("six-arm-servicer", {{"targets.tank.state.position", "[1.9, 2.9, 0.333]"}});
   EXPECT_NE(six.failure.find("end-effector 'hand-2' comes no closer than"), std::string::npos) << six.failure;
   for (const char* other : {"'hand-1'", "'hand-3'", "'hand-4'", "'hand-5'", "'hand-6'"}) {
@@ -734,7 +736,7 @@ TEST(ExamplesOutOfReach, FailBeforeMotionAndNameArm) {
   }
 }
 
-// A shoulder that is slower than the swing asks of it: the physics is kept, the robot cannot do it.
+// A shoulder with a rate limit below the required rate: conservation checks pass, but the capture is infeasible.
 TEST(ExamplesWithASlowJoint, ExceedRateLimit) {
   const CaptureResult r =
       simulate_capture(load("dual-arm-tumbling-targets", {{"robot.links.arm-1-link-1.joint.limits.rate", "0.02"},
@@ -746,8 +748,8 @@ TEST(ExamplesWithASlowJoint, ExceedRateLimit) {
   for (const LimitEvent& e : r.limit_events) EXPECT_EQ(e.joint, "arm-1-joint-1");
 }
 
-// The thesis's final requirements: the four cases at rest, within a degree of the attitude and in the posture before
-// the approach. Without control of the base the arms come to rest relative to it, and the remaining momentum persists.
+// The thesis's final requirements: the four cases end at rest, with the attitude and the posture before the approach.
+// Without base control the arms come to rest relative to the base, and the remaining momentum persists.
 TEST(Stabilized, ThesisCasesEndAtRest) {
   for (const char* name : {"1", "2", "3", "4"}) {
     const CaptureProblem p = load("thesis/open-loop-case-" + std::string(name) + "-stabilized");
@@ -774,7 +776,7 @@ TEST(Stabilized, ThesisCasesEndAtRest) {
   }
 }
 
-// What five minutes in orbit do to a stack that is held together, as the file says: and without them nothing.
+// The effect of five minutes in orbit on a stack of two bodies, as the file states; without the orbit there is none.
 TEST(Orbit, RotatesStackOfTwoBodies) {
   const CaptureResult r = simulate_capture(load("orbit-drift"));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -786,7 +788,7 @@ TEST(Orbit, RotatesStackOfTwoBodies) {
   };
   EXPECT_NEAR(norm(vector_at(r, "system/external_angular_impulse", last)), 27.7, 0.1);
   EXPECT_NEAR(turned(r) * 180 / 3.141592653589793, 4.7, 0.1);
-  // The air brakes: 1.9e-4 N/m^2 on at most 10 m^2 for 300 s.
+  // Air drag: 1.9e-4 N/m^2 on at most 10 m^2 for 300 s.
   const Vector3d impulse = vector_at(r, "system/external_impulse", last);
   EXPECT_LT(dot(impulse, Vector3d{0, 1, 0}), -0.1);
   EXPECT_GT(dot(impulse, Vector3d{0, 1, 0}), -0.57);

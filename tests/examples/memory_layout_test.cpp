@@ -13,10 +13,10 @@
 namespace grapnel::testing {
 namespace memory_layout_test {
 
-// The stack begins at any multiple of 16 bytes; vector registers hold up to 64.
+// The stack begins at any multiple of 16 bytes; vector registers have up to 64 bytes.
 constexpr std::size_t kUnit = 16;
 
-// `padding` bytes further down the stack.
+// Runs with the stack `padding` bytes lower.
 __attribute__((noinline)) CaptureResult run_further_down(const CaptureProblem& problem, std::size_t padding) {
   volatile char* pad = static_cast<char*>(alloca(padding + kUnit));
   pad[0] = 0;
@@ -31,7 +31,7 @@ TEST_P(MemoryLayout, ResultsAreBitIdentical) {
   const CaptureResult first = simulate_capture(problem);
   ASSERT_EQ(first.status, CaptureStatus::completed) << first.failure;
   const std::string summary = summary_json(first, "test");
-  std::vector<std::unique_ptr<char[]>> between;  // shifts what is allocated later
+  std::vector<std::unique_ptr<char[]>> between;  // shifts the later allocations
   for (const std::size_t k : {1, 2}) {
     for (int i = 0; i < 64; ++i) between.push_back(std::make_unique<char[]>(kUnit * k + 24));
     const CaptureResult again = run_further_down(problem, kUnit * k);

@@ -52,8 +52,8 @@ std::map<std::string, Posed> written_poses(const RobotSetup& robot, const Captur
   return poses;
 }
 
-Posed written_hand(const RobotSetup& robot, const std::map<std::string, Posed>& poses,
-                   const std::string& end_effector) {
+Posed written_end_effector(const RobotSetup& robot, const std::map<std::string, Posed>& poses,
+                           const std::string& end_effector) {
   for (const EndEffectorSetup& e : robot.end_effectors) {
     if (e.name == end_effector) return poses.at(e.body) * e.X_BE;
   }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Where a servicer's links, hands and centre of mass are, multiplied out from what its file says, the recorded pose of
-/// the base and the recorded joint values: the tests' own forward kinematics.
+/// The tests' own forward kinematics of links, end-effectors and centre of mass, from the scenario file, the recorded
+/// pose of the base and the recorded joint positions.
 
 #include <map>
 #include <string>
@@ -16,7 +16,8 @@ namespace grapnel::testing {
 std::map<std::string, Posed> written_poses(const RobotSetup& robot, const CaptureResult& result, std::size_t sample);
 
 /// Pose of an end-effector in W.
-Posed written_hand(const RobotSetup& robot, const std::map<std::string, Posed>& poses, const std::string& end_effector);
+Posed written_end_effector(const RobotSetup& robot, const std::map<std::string, Posed>& poses,
+                           const std::string& end_effector);
 
 /// Centre of mass of the robot in W [m].
 Vector3d written_com(const RobotSetup& robot, const std::map<std::string, Posed>& poses);

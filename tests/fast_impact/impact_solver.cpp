@@ -69,10 +69,10 @@ Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
 // Selects, among all impulses that redundant rows allow, the one with the minimum P^T D P (docs/theory, equation
 // (7.8)), from a pivoted factor of W: with a basis N of self-stresses, N^T D N z = -N^T D P and P + N z. No allocation
 // after construction.
-class LeastImpulse {
+class MinimumEnergyImpulse {
  public:
   // For this number of rows.
-  explicit LeastImpulse(int rows);
+  explicit MinimumEnergyImpulse(int rows);
 
   // Changes `P`, physical impulses per row, by a self-stress of `factor`, whose W is in the rows' units
   // (LoopPath::scale). `targets[k]` is body b of paths[k].
@@ -88,12 +88,12 @@ class LeastImpulse {
                           std::span<double> product) const;
 
   int rows_;
-  std::vector<double> self_stress_, weighted_;  // N^T and (D N)^T, row-major, as many rows of them as are needed
+  std::vector<double> self_stress_, weighted_;  // N^T and (D N)^T, row-major, one row per self-stress
   std::vector<double> scaled_, right_, z_, ignored_;
   PivotedCholesky small_;
 };
 
-LeastImpulse::LeastImpulse(int rows)
+MinimumEnergyImpulse::MinimumEnergyImpulse(int rows)
     : rows_(rows),
       self_stress_(static_cast<std::size_t>(rows * rows)),
       weighted_(self_stress_),
@@ -104,9 +104,9 @@ LeastImpulse::LeastImpulse(int rows)
       small_(rows) {}
 
 // D x in the rows' units.
-void LeastImpulse::multiply_by_metric(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
-                                      std::span<const LoneBody> targets, std::span<const double> x,
-                                      std::span<double> product) const {
+void MinimumEnergyImpulse::multiply_by_metric(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+                                              std::span<const LoneBody> targets, std::span<const double> x,
+                                              std::span<double> product) const {
   for (std::size_t k = 0; k < paths.size(); ++k) {
     const LoopPath& path = paths[k];
     Impulsed P = Impulsed::zero();
@@ -119,15 +119,16 @@ void LeastImpulse::multiply_by_metric(std::span<const LoopPath> paths, std::span
   }
 }
 
-void LeastImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPath> paths,
-                          std::span<const LoopPlace> places, std::span<const LoneBody> targets, std::span<double> P) {
+void MinimumEnergyImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPath> paths,
+                                  std::span<const LoopPlace> places, std::span<const LoneBody> targets,
+                                  std::span<double> P) {
   const int count = rows_ - factor.rank();
   if (count <= 0) return;
   const auto size = static_cast<std::size_t>(rows_);
   for (const LoopPath& path : paths) {
     for (int r = 0; r < path.rows; ++r) scaled_[path.first_row + r] = P[path.first_row + r] / path.scale(r);
   }
-  // Rows of `small_` beyond the self-stresses are those of the identity.
+  // `small_` has a fixed size: identity rows follow those of the self-stresses.
   const std::span<double> A = small_.matrix();
   std::fill(A.begin(), A.end(), 0.0);
   for (int k = 0; k < rows_; ++k) A[static_cast<std::size_t>(k * rows_ + k)] = 1, right_[k] = 0;
@@ -160,8 +161,8 @@ class YieldingDrives {
  public:
   YieldingDrives(const Model& model, int rows);
 
-  // Per velocity, to be filled by the caller for every row: what impulse the held velocities take if an impulse of
-  // unit size acts in that row, in the units of the factor.
+  // Impulse per held velocity due to a unit impulse in this row, in the units of the factor. The caller fills it for
+  // every row.
   std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
 
   // Changes `after`, rates of the `held` velocities, by (7.20), with w_g = 0. Returns whether any changed.
@@ -193,7 +194,7 @@ YieldingDrives::YieldingDrives(const Model& model, int rows)
 bool YieldingDrives::yield_to(const PivotedCholesky& factor, std::span<const std::uint8_t> held,
                               std::span<double> after) {
   const std::size_t count = rows_ - static_cast<std::size_t>(factor.rank());
-  const std::span<double> A = small_.matrix();  // S_h^T J_r^-1 S_h; rows beyond the self-stresses are the identity's
+  const std::span<double> A = small_.matrix();  // S_h^T J_r^-1 S_h; followed by identity rows
   std::fill(A.begin(), A.end(), 0.0);
   bool contradict = false;
   for (std::size_t k = 0; k < rows_; ++k) {
@@ -245,7 +246,7 @@ struct ImpactSolver::Implementation {
   std::vector<Rotationd> R_WC;    // per grasp: the identity, or z along the hinge
   LoopColumns columns;
   PivotedCholesky factor;
-  LeastImpulse least;
+  MinimumEnergyImpulse minimum;
   YieldingDrives drives;
   DynamicsWorkspace<double> workspace;
   std::vector<Posed> X_WL;                                       // per link
@@ -280,7 +281,7 @@ struct ImpactSolver::Implementation {
         R_WC(paths.size(), Rotationd::identity()),
         columns(m.tree(), paths),
         factor(count_rows(g)),
-        least(count_rows(g)),
+        minimum(count_rows(g)),
         drives(m, count_rows(g)),
         workspace(m.tree()),
         X_WL(m.tree().links.size()),
@@ -380,7 +381,7 @@ struct ImpactSolver::Implementation {
 
   // If redundant grasps contradict held joints, drives are overpowered: changes the held rates. The links are at rest
   // afterwards. Call after factor_contact_inertia().
-  void let_drives_give_way(DynamicsInput<double> in, std::span<const double> v) {
+  void overpower_drives(DynamicsInput<double> in, std::span<const double> v) {
     in.acceleration = zeros;
     for (std::size_t r = 0; r < rows.size(); ++r) {
       rest();
@@ -394,7 +395,8 @@ struct ImpactSolver::Implementation {
     for (std::size_t i = 0; i < held.size(); ++i) held_change[i] = held[i] != 0 ? held_rate[i] - v[i] : 0;
   }
 
-  // u- in `met`, in `u` with what held joints alone make of it; returns the scaled size of the terms.
+  // Stores u- in `met`, and in `u` the sum of u- and the effect of the held joints alone. Returns the scaled size of
+  // the terms.
   double approach(bool holding) {
     double size = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
@@ -434,7 +436,7 @@ struct ImpactSolver::Implementation {
     }
   }
 
-  // Links as articulated_inertias() leaves them if nothing acts and nothing is prescribed to move.
+  // Resets the links to their state after articulated_inertias() without loads and prescribed motion.
   void rest() {
     for (LinkScratch<double>& w : workspace.links) {
       w.g = 0, w.p = Wrenchd::zero();
@@ -443,7 +445,7 @@ struct ImpactSolver::Implementation {
   }
 
   // Remaining relative motion after respond(): the largest scaled row.
-  double meet() {
+  double remaining_motion() {
     double most = 0;
     for (std::size_t k = 0; k < paths.size(); ++k) {
       const LoopPath& path = paths[k];
@@ -482,7 +484,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   s.check(q, v, grasps);
   const bool holding = !held.empty();
   if (holding) s.hold(v, held);
-  // Impulses and changes of velocity stand where the recursion has forces and accelerations, at rest.
+  // Impulses and changes of velocity replace forces and accelerations in the recursion, at rest.
   DynamicsInput<double> in;
   in.q = q, in.v = s.zeros, in.force = s.zeros;
   if (holding) in.prescribed = s.held, in.acceleration = s.held_change;
@@ -490,7 +492,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   s.place_grasps(q, grasps);
   s.factor_contact_inertia(in);
   if (holding && s.factor.rank() < s.factor.size()) {
-    s.let_drives_give_way(in, v);
+    s.overpower_drives(in, v);
     articulated_inertias<double>(s.model.tree(), in, s.workspace);
     s.factor_contact_inertia(in);
   }
@@ -501,7 +503,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   std::fill(s.held_impulses.begin(), s.held_impulses.end(), 0.0);
   s.solve_rows();
   s.respond(in);
-  double left = s.meet();
+  double left = s.remaining_motion();
   if (left > kRoundingLeft * size) {
     // Solves once more for the rounding error.
     std::copy(s.met.begin(), s.met.end(), s.u.begin());
@@ -509,11 +511,11 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
     in.acceleration = s.zeros;
     s.solve_rows();
     s.respond(in);
-    left = s.meet();
+    left = s.remaining_motion();
   }
   s.residual = left / std::max(size, kSmallest);
   for (const HeldRate& rate : held) s.velocity[rate.velocity] = s.held_rate[rate.velocity];  // exactly
-  s.least.choose(s.factor, s.paths, s.places, s.targets, s.rows);
+  s.minimum.choose(s.factor, s.paths, s.places, s.targets, s.rows);
   s.report();
 }
 

@@ -14,7 +14,7 @@ namespace grapnel {
 /// Solves impacts of one model with the same bodies grasping, at any states and contact points.
 class ImpactSolver {
  public:
-  /// Of `grasps` the bodies and kinds are read. The model must outlive the solver.
+  /// Reads the bodies and kinds of `grasps`. The model must outlive the solver.
   /// @throws std::invalid_argument if a grasp names no two bodies, or two that no joint parts.
   ImpactSolver(const Model& model, std::span<const Grasp> grasps);
   ~ImpactSolver();
@@ -28,19 +28,19 @@ class ImpactSolver {
   void solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grasps,
              std::span<const HeldRate> held = {});
 
-  /// Of the last solve() (before the first: zero). Velocities v+ of the whole model.
+  /// Velocities v+ of the whole model after the last solve(); zero before the first one.
   std::span<const double> velocity() const;
-  /// Per grasp, on the robot at the contact point, in W [N m s; N s]. Where rows are redundant those with the least sum
-  /// of P^T (J_t M_t^-1 J_t^T) P, as of plastic_impact().
+  /// Per grasp, on the robot at the contact point, in W [N m s; N s]. If rows are redundant, the impulses minimize the
+  /// sum of P^T (J_t M_t^-1 J_t^T) P, as in plastic_impact().
   std::span<const Impulsed> impulses() const;
-  /// Per velocity: the impulse that a held one takes, zero at the others [N m s or N s].
+  /// Per velocity: the impulse that holds it, zero if it is not held [N m s or N s].
   std::span<const double> held_impulses() const;
-  /// Independent rows of the grasps, given what is held, and all rows of the grasps. plastic_impact() counts held rates
-  /// in both.
+  /// Number of independent rows of the grasps with the held rates imposed, and number of all rows of the grasps.
+  /// plastic_impact() counts held rates in both.
   int rank() const;
   int rows() const;
-  /// What is left of the relative velocities in the constrained directions, over the velocities of the two sides (both
-  /// in units in which the free target's mobility is 1).
+  /// Remaining relative velocity in the constrained directions, relative to the velocities of the two sides. Both are
+  /// in units in which the free target's mobility is 1.
   double constraint_residual() const;
 
  private:

@@ -1,5 +1,5 @@
-/// CalculiX: a panel of solid elements, clamped, and free together with a base; the same by the matrices that it
-/// stores.
+/// CalculiX: a panel of solid elements, clamped, and free together with a base; compared with the modes from the
+/// matrices that CalculiX stores.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace grapnel::testing {
 namespace calculix_test {
 
-// A plate of 20-node bricks with reduced integration, from x = `begin` on: [m, kg, s].
+// A plate of 20-node bricks with reduced integration, starting at x = `begin`: [m, kg, s].
 constexpr double kWidth = 0.6, kThickness = 0.03, kLength = 2, kBase = 0.5;
 constexpr int kAlong = 10, kAcross = 3, kBaseAlong = 3;
 
@@ -27,7 +27,7 @@ class Mesh {
  public:
   explicit Mesh(bool with_base) : first_(with_base ? -2 * kBaseAlong : 0) {}
 
-  // A node of the grid of half elements, made when it is asked for.
+  // A node of the grid of half elements, created on first use.
   int node(int i, int j, int k) {
     const auto [at, is_new] = nodes_.emplace(std::array{i, j, k}, static_cast<int>(nodes_.size()) + 1);
     return at->second;
@@ -62,11 +62,11 @@ class Mesh {
     text += "*MATERIAL,NAME=ALUMINIUM\n*ELASTIC\n7e10,0.33\n*DENSITY\n2700\n";
     text += "*SOLID SECTION,ELSET=PANEL,MATERIAL=ALUMINIUM\n";
     if (base.empty()) return text;
-    // Rigid, nearly, and of ten times the density.
+    // Nearly rigid, with ten times the density.
     return text + "*ELEMENT,TYPE=C3D20R,ELSET=BASE\n" + base +
            "*MATERIAL,NAME=STIFF\n*ELASTIC\n7e15,0.33\n*DENSITY\n27000\n*SOLID SECTION,ELSET=BASE,MATERIAL=STIFF\n";
   }
-  // Of the face at x = 0.
+  // The nodes of the face at x = 0.
   std::map<std::array<int, 3>, int> face() const {
     std::map<std::array<int, 3>, int> found;
     for (const auto& [at, n] : nodes_) {
@@ -80,7 +80,7 @@ class Mesh {
   std::map<std::array<int, 3>, int> nodes_;
 };
 
-// Frequencies that CalculiX finds [Hz], all of them.
+// All frequencies computed by CalculiX [Hz].
 std::vector<double> run(const TemporaryFolder& folder, const std::string& name, const std::string& deck) {
   write_text(folder / (name + ".inp"), deck);
   const std::string command =
@@ -128,16 +128,16 @@ TEST(CalculiX, PanelAloneAndWithBase) {
   ASSERT_TRUE(modes) << faults.all()[0].text();
   EXPECT_NEAR(modes->mass, 2700 * kLength * kWidth * kThickness, 1e-4);
   EXPECT_LT(norm(modes->com - Vector3d{kLength / 2, 0, 0}), 1e-5);  // 14 digits are printed
-  std::size_t k = 0;                                                // of a mode that participates
+  std::size_t k = 0;                                                // index of a participating mode
   for (const double f : fixed) {
     if (k < modes->modes.size() && std::abs(modes->modes[k].frequency / f - 1) < 1e-3) {
       EXPECT_NEAR(modes->modes[k].frequency, f, 2e-6 * f);
       ++k;
     }
   }
-  EXPECT_GE(k, 7u);  // the plate's symmetries may leave one without participation
+  EXPECT_GE(k, 7u);  // by symmetry of the plate, one mode may have no participation
 
-  // Free, with a base: CalculiX's is the whole, and its six slowest frequencies are nothing.
+  // Free, with a base: CalculiX computes the whole system; its six lowest frequencies are zero.
   Mesh whole(true);
   const std::vector<double> free = run(folder, "whole", whole.deck() + "*STEP\n*FREQUENCY\n12\n*END STEP\n");
   ASSERT_EQ(free.size(), 12u);
@@ -163,7 +163,7 @@ struct Reduced {
   std::string fault;
 };
 
-// The model of the deck NAME, tied at `nodes`, lines NODE, X, Y, Z.
+// The model of the deck NAME, constrained at `nodes`, lines NODE, X, Y, Z.
 Reduced reduce(const TemporaryFolder& folder, const std::string& name, const std::string& nodes,
                const std::string& others = {}) {
   FaultList faults;
@@ -184,7 +184,8 @@ Reduced reduce(const TemporaryFolder& folder, const std::string& name, const std
 }
 
 TEST(CalculiX, ExpandedShells) {
-  // A plate of 8-node shells in the plane z = 0.2, 4 by 2 elements, tied along x = 0: one straight line of nodes.
+  // A plate of 8-node shells in the plane z = 0.2, 4 by 2 elements, constrained along x = 0: one straight line of
+  // nodes.
   const TemporaryFolder folder;
   constexpr double kSide = 0.6, kDepth = 0.01, kHeight = 0.2;
   const auto number = [](int i, int j) { return 1 + i * 5 + j; };
@@ -213,7 +214,7 @@ TEST(CalculiX, ExpandedShells) {
   ASSERT_EQ(clamped.size(), 6u);
   const Reduced r = reduce(folder, "plate", tied);
   ASSERT_TRUE(r.modes) << r.fault;
-  // A thin plate of solids is nearly singular: 1e-5 of its mass and of lengths.
+  // A thin plate of solids is nearly singular: errors of 1e-5 in mass and lengths.
   EXPECT_NEAR(r.modes->mass, 2700 * 1.2 * kSide * kDepth, 1e-3);            // measured 2.4e-4
   EXPECT_LT(norm(r.modes->com - Vector3d{0.6, kSide / 2, kHeight}), 3e-5);  // measured 9e-6
   const double m = r.modes->mass;
@@ -222,8 +223,8 @@ TEST(CalculiX, ExpandedShells) {
   EXPECT_NEAR(r.modes->inertia.zz, m / 12 * (1.44 + kSide * kSide), 5e-5 * m);             // measured 1.9e-5
   for (std::size_t k = 0; k < 6; ++k)
     EXPECT_NEAR(r.modes->modes[k].frequency, clamped[k], 1e-4 * clamped[k]) << k;  // measured 1.5e-5
-  // One node does not determine how far the solids extend, and wrong places are found. (Of a plate one node, whose
-  // solids are on a line, would not fix it either.)
+  // One node does not determine the extent of the expanded solids, which leads to wrong node positions. A single node
+  // of a plate would not constrain the plate either, since its solids are on a line.
   const std::string one = fmt::format("3,0,{},{}\n", kSide / 2, kHeight);
   EXPECT_NE(reduce(folder, "plate", one).fault.find("do not determine those of the expanded solids"),
             std::string::npos);

@@ -56,7 +56,7 @@ std::string fault_of(const FrameModel& model, const ElementInterface& interface,
 TEST(ComponentModes, ClampedBeam) {
   const double length = 3;
   const FrameSection section;
-  // 40 elements by dense matrices; 150, with 900 degrees of freedom, by sparse ones.
+  // 40 elements use dense matrices; 150 elements, with 900 degrees of freedom, use sparse ones.
   for (const int elements : {40, 150}) {
     const ComponentModes r = modes_of(straight_beam(length, elements), settings(8, 1e9, 0.01));
     EXPECT_NEAR(r.mass, 6, 1e-7);
@@ -72,7 +72,7 @@ TEST(ComponentModes, ClampedBeam) {
     EXPECT_NEAR(kTwoPi * r.modes[1].frequency, omega(a, section.EIy), 1e-6 * omega(a, section.EIy));
     EXPECT_NEAR(kTwoPi * r.modes[2].frequency, omega(b, section.EIz), 2e-6 * omega(b, section.EIz));
     EXPECT_NEAR(kTwoPi * r.modes[3].frequency, omega(b, section.EIy), 2e-6 * omega(b, section.EIy));
-    // 61.3 % of the mass; of m L^2 the part 4 / a^4.
+    // 61.3 % of the mass; the share 4 / a^4 of m L^2.
     EXPECT_NEAR(r.modes[0].translation[1] * r.modes[0].translation[1], 0.613077 * 6, 1e-5);
     EXPECT_NEAR(r.modes[0].rotation[2] * r.modes[0].rotation[2], 4 / std::pow(a, 4) * 6 * 9, 1e-4);
     EXPECT_GT(r.modes[0].translation[1] * r.modes[0].rotation[2], 0);
@@ -83,8 +83,8 @@ TEST(ComponentModes, ClampedBeam) {
   }
 }
 
-// With all its modes the mast is what its matrices are: together with a base, both free, its frequencies are those of
-// the matrices to which the base's inertia is added. The base's frame is elsewhere, and turned.
+// With all its modes the mast is equivalent to its matrices. Attached to a base, both free, it has the frequencies of
+// the matrices with the base's inertia added. The base's frame has another origin and orientation.
 TEST(ComponentModes, WithBaseEqualWholeModel) {
   const FrameModel mast = bent_mast(6);
   const ComponentModes all = modes_of(mast, settings(1000));
@@ -104,7 +104,7 @@ TEST(ComponentModes, WithBaseEqualWholeModel) {
   };
   const std::vector<double> found = frequencies(panel);
 
-  // The base about the mast's root, in the mast's axes, [translation; rotation].
+  // The inertia of the base about the mast's root, in the mast's axes, [translation; rotation].
   const Posed X_PF = panel.X_PF;
   const RigidBodyInertiad base =
       inverse(X_PF) * RigidBodyInertiad::about_com(40, Vector3d::zero(), robot.bodies[0].inertia);
@@ -125,7 +125,7 @@ TEST(ComponentModes, WithBaseEqualWholeModel) {
     const double exact = std::sqrt(whole.eigenvalues()[static_cast<Eigen::Index>(k) + 6]) / kTwoPi;
     EXPECT_NEAR(found[k], exact, 1e-8 * exact) << k;
   }
-  // Ten of them are enough for the first ones.
+  // Ten modes suffice for the lowest frequencies.
   const std::vector<double> some = frequencies([&] {
     BodyDescription p = panel_of(modes_of(mast, settings(10)));
     p.X_PF = panel.X_PF;
@@ -137,7 +137,7 @@ TEST(ComponentModes, WithBaseEqualWholeModel) {
 TEST(ComponentModes, IndependentOfUnits) {
   const FrameModel model = bent_mast(4);
   const ComponentModes si = modes_of(model, settings(6));
-  // Millimetres and tonnes: rotations' rows in t mm^2, stiffness in N/mm, N and N mm.
+  // Millimetres and tonnes: rows of rotations in t mm^2, stiffness in N/mm, N and N mm.
   FrameModel small = model;
   for (int r = 0; r < small.M.rows(); ++r) {
     for (int c = 0; c < small.M.cols(); ++c) {
@@ -156,7 +156,7 @@ TEST(ComponentModes, IndependentOfUnits) {
   }
 }
 
-// A face of nodes that are tied together is a node with rotations; its frame is where it is said to be.
+// A rigidly connected face of nodes is equivalent to one node with rotations, at the stated frame.
 TEST(ComponentModes, RigidInterfaceNodes) {
   FrameModel model = bent_mast(4);
   // Three stiff arms at the root, whose ends are the interface: the root moves with them.
@@ -183,19 +183,19 @@ TEST(ComponentModes, RigidInterfaceNodes) {
     EXPECT_NEAR(r->modes[k].frequency, direct.modes[k].frequency, 1e-4 * direct.modes[k].frequency);
     EXPECT_LT(norm(r->modes[k].rotation - direct.modes[k].rotation), 1e-3 * norm(direct.modes[k].rotation));
   }
-  // On one line they do not fix it, if they have no rotations.
+  // Nodes without rotations on one line do not constrain the rotation about it.
   auto mass = with_arms.mass();
   const auto drop_rotations = [](ElementMatrix m) {
     Eigen::MatrixXd dense(m.A);
     std::vector<ElementDof> dofs;
-    std::vector<int> kept;
+    std::vector<int> retained;
     for (std::size_t i = 0; i < m.dofs.size(); ++i) {
-      if (m.dofs[i].component <= 3) kept.push_back(static_cast<int>(i)), dofs.push_back(m.dofs[i]);
+      if (m.dofs[i].component <= 3) retained.push_back(static_cast<int>(i)), dofs.push_back(m.dofs[i]);
     }
-    Eigen::MatrixXd part(kept.size(), kept.size());
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      for (std::size_t j = 0; j < kept.size(); ++j)
-        part(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = dense(kept[i], kept[j]);
+    Eigen::MatrixXd part(retained.size(), retained.size());
+    for (std::size_t i = 0; i < retained.size(); ++i) {
+      for (std::size_t j = 0; j < retained.size(); ++j)
+        part(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = dense(retained[i], retained[j]);
     }
     return ElementMatrix{m.name, part.sparseView(), dofs};
   };
@@ -205,7 +205,7 @@ TEST(ComponentModes, RigidInterfaceNodes) {
   EXPECT_THAT(faults.all().back().message, HasSubstr("three nodes that are not on one line"));
 }
 
-// Nastran's displacements may be along the axes of other systems: only the interface's nodes have to be along the
+// Nastran may express displacements along the axes of other coordinate systems; only the interface nodes must use the
 // model's.
 TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
   const FrameModel model = bent_mast(2);
@@ -222,7 +222,7 @@ TEST(ComponentModes, NameRotatedNodesOfTheInterface) {
     return faults.all().back().message;
   };
   EXPECT_EQ(fault(""), "");
-  EXPECT_EQ(fault("GRID,101,5,0.,0.,0.,0\nGRID,102,,1.,0.,0.,7\n"), "");  // CD of another node; CP does not matter
+  EXPECT_EQ(fault("GRID,101,5,0.,0.,0.,0\nGRID,102,,1.,0.,0.,7\n"), "");  // CD of another node; CP has no effect
   EXPECT_THAT(fault("GRID,101,,0.,0.,0.,7\n"), HasSubstr("node 101 has displacements in coordinate system 7"));
   EXPECT_THAT(fault("GRID         101              0.      0.      0.       7\n"), HasSubstr("coordinate system 7"));
   EXPECT_THAT(fault("GRID*                101                              0.              0.\n"
@@ -246,7 +246,7 @@ TEST(ComponentModes, ReportErrors) {
   FrameModel held = good;  // a spring to the ground
   held.K(20, 20) += 100;
   EXPECT_THAT(fault_of(held, at_node(101)), HasSubstr("has supports besides the interface"));
-  FrameModel apart(good.nodes);  // the arm hangs on nothing
+  FrameModel apart(good.nodes);  // the arm is disconnected
   for (int i = 0; i < 6; ++i) {
     if (i != 3) apart.add_beam(i, i + 1, {});
   }

@@ -1,4 +1,4 @@
-/// Matrix files: every format gives the same matrix, and what is damaged is said with its place.
+/// Matrix files: every format yields the same matrix, and errors in files are reported with their locations.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ void expect_equal(const ElementMatrix& read, const Eigen::MatrixXd& A, double to
   }
 }
 
-// In the order of their names, as align() has them.
+// Sorted by names, as by align().
 ElementMatrix sorted(ElementMatrix m) {
   ElementMatrix same = m;
   FaultList faults;
@@ -82,9 +82,9 @@ TEST(ElementMatrixFiles, AllBinaryOutput4LayoutsAgree) {
     bytes.is_single = form / 8 % 2 == 1;
     bytes.layout = std::array{Output4Layout::dense, Output4Layout::strings, Output4Layout::wide_strings}.at(
         static_cast<std::size_t>(form / 16));
-    // Single precision has single words, which are as long as all words: a double where they have eight bytes.
+    // Single-precision matrices consist of single words: a double if words have eight bytes.
     const double tolerance = bytes.is_single && bytes.word == 4 ? 6e-8 : 0;  // measured 3.2e-8
-    // A complex and a rectangular matrix before and behind it, with the same initial.
+    // A complex and a rectangular matrix before and after it, with the same initial.
     Output4Bytes complex = bytes;
     complex.is_complex = true;
     write_text(folder / "all.op4", output4_binary("K4XX", K, complex) + output4_binary("KRECT", K.leftCols(5), bytes) +
@@ -99,7 +99,7 @@ TEST(ElementMatrixFiles, AllBinaryOutput4LayoutsAgree) {
 TEST(ElementMatrixFiles, SelectsRealMatrixBesideComplexOne) {
   const Eigen::MatrixXd K = Eigen::Vector3d(2, 3, 4).asDiagonal();
   TemporaryFolder folder;
-  // Two numbers for an entry: one column, dense and in strings.
+  // Two numbers per entry: one column, dense and as strings.
   const std::string head = fmt::format("{:8}{:8}{:8}{:8}{:8}1P,3E24.16\n", 3, 3, 6, 4, "KC");
   const std::string six =
       fmt::format("{:24.16E}{:24.16E}{:24.16E}\n{:24.16E}{:24.16E}{:24.16E}\n", 1.0, 2.0, 3.0, 4.0, 5.0, 6.0);
@@ -118,7 +118,7 @@ TEST(ElementMatrixFiles, SelectsRealMatrixBesideComplexOne) {
   EXPECT_THAT(faults.all().back().message, HasSubstr("must be real"));
 }
 
-// What a condensation leaves of a determinate interface's stiffness is rounding of the entries that it was made of.
+// The stiffness of a determinate interface after condensation is rounding error of the original entries.
 TEST(ElementMatrixFiles, SymmetryTolerance) {
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(7, 7);
   K(6, 6) = 88.8, K(0, 0) = 2e-13, K(0, 1) = 7e-14, K(1, 0) = 1.1e-13;
@@ -126,7 +126,7 @@ TEST(ElementMatrixFiles, SymmetryTolerance) {
   wrong(0, 1) = 1e-9;
   TemporaryFolder folder;
   Output4Bytes binary;
-  const auto square = [](std::string text) {  // form 1: both triangles are there
+  const auto square = [](std::string text) {  // form 1: both triangles
     return text.replace(16, 8, "       1");
   };
   const auto check = [&](const Eigen::MatrixXd& A, bool is_symmetric) {
@@ -166,7 +166,7 @@ TEST(ElementMatrixFiles, NamesFromFileBesideMatrix) {
   write_text(folder / "k.csv", table(K));
   write_text(folder / "k.dof", calculix_dofs(K));
   for (const char* name : {"k.mtx", "k.op4", "k.csv"}) expect_equal(read(folder / name), K, 1e-15, true);
-  // Other forms of the same.
+  // Other variants of the same formats.
   static constexpr const char* kNames[] = {"UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"};
   std::string blanks, mapping = "Matrix Eqn  Node  DOF\n";
   for (int row = 0; row < K.rows(); ++row) {
@@ -194,7 +194,7 @@ TEST(ElementMatrixFiles, NamesFromFileBesideMatrix) {
   EXPECT_THAT(fault("k.pch", blanks), HasSubstr("the file contains the names of its rows"));
 }
 
-// Small fields of eight characters, numbers without an E, scalar points, two rows a line.
+// Small fields of eight characters, numbers without E, scalar points, two rows per line.
 TEST(ElementMatrixFiles, DmigInSmallFields) {
   TemporaryFolder folder;
   const auto line = [](std::initializer_list<const char*> fields) {
@@ -215,7 +215,7 @@ TEST(ElementMatrixFiles, DmigInSmallFields) {
   EXPECT_EQ(m.dofs[0], (ElementDof{27, 1}));
   EXPECT_EQ(m.dofs[1], (ElementDof{50, 0}));
   EXPECT_EQ(Eigen::MatrixXd(m.A)(0, 0), 4500);
-  EXPECT_EQ(Eigen::MatrixXd(m.A)(0, 1), -5);  // entries of one place are added
+  EXPECT_EQ(Eigen::MatrixXd(m.A)(0, 1), -5);  // duplicate entries are added
   EXPECT_EQ(Eigen::MatrixXd(m.A)(1, 1), 7);
 }
 
@@ -271,7 +271,7 @@ TEST(ElementMatrixFiles, DamagedFilesReportPosition) {
   EXPECT_THAT(fault("a.op4", "nothing\n"), HasSubstr("a.op4:1:1: the head of a matrix"));
   EXPECT_THAT(fault("a.op4", one.substr(0, one.size() / 2)), HasSubstr("a.op4:"));
   EXPECT_THAT(fault("a.op4", ""), HasSubstr("no OUTPUT4 matrix"));
-  // Cut anywhere, or with a byte changed: a fault or a matrix, never a crash.
+  // Truncated anywhere, or with a changed byte: an error or a matrix, never a crash.
   const std::string texts[] = {
       one,
       dmig("KA", Eigen::MatrixXd::Identity(3, 3), DmigFields::wide),
@@ -306,7 +306,7 @@ TEST(ElementMatrixFiles, MatchingMatrices) {
   K.A.conservativeResize(6, 6);
   EXPECT_FALSE(align(M, K, faults));
   EXPECT_THAT(faults.all().back().message, HasSubstr("not of the same model"));
-  // Rows that one of them lacks are zero there.
+  // Rows missing in one matrix are zero there.
   ElementMatrix small{"small", Eigen::MatrixXd::Identity(2, 2).sparseView(), {{9, 1}, {3, 2}}};
   ElementMatrix large{"large", Eigen::MatrixXd::Identity(3, 3).sparseView(), {{1, 1}, {9, 1}, {3, 2}}};
   EXPECT_TRUE(align(small, large, faults));

@@ -19,7 +19,7 @@ FrameModel::FrameModel(std::vector<Vector3d> places) : nodes(std::move(places)) 
   M = MatrixXd::Zero(n, n), K = M;
 }
 
-// Przemieniecki, Theory of Matrix Structural Analysis (1968), of slender beams.
+// Przemieniecki, Theory of Matrix Structural Analysis (1968): slender beams.
 void FrameModel::add_beam(int a, int b, const FrameSection& s) {
   const Vector3d along = nodes[static_cast<std::size_t>(b)] - nodes[static_cast<std::size_t>(a)];
   const double L = along.norm();
@@ -31,7 +31,7 @@ void FrameModel::add_beam(int a, int b, const FrameSection& s) {
   };
   bar(0, s.EA, s.mass_per_length);
   bar(3, s.GJ, s.polar);
-  // Deflection w with the slope `sign` times the rotation.
+  // Deflection w whose slope is `sign` times the rotation.
   const auto bending = [&](int w, int turn, double EI, double sign) {
     const int at[4] = {w, turn, w + 6, turn + 6};
     const double one[4] = {1, sign * L, 1, sign * L};
@@ -172,7 +172,7 @@ std::string dmig(const std::string& name, const MatrixXd& A, DmigFields fields) 
     if (fields == DmigFields::wide) {
       text += fmt::format("DMIG*   {:16}{:>16}{:>16}{:16}*\n{}", name, dofs[c].node, dofs[c].component, "", rows);
     } else {
-      // One entry a line, its first row in the fields behind the column.
+      // One entry per line, its first row in the fields after the column.
       for (std::size_t r = c; r < dofs.size(); ++r) {
         const double value = A(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
         if (value != 0)
@@ -202,7 +202,7 @@ std::string output4(const std::string& name, const MatrixXd& A, Output4Layout la
       numbers(c, begin, end);
       continue;
     }
-    std::vector<std::pair<int, int>> strings;  // of numbers that are not zero
+    std::vector<std::pair<int, int>> strings;  // of nonzero numbers
     for (int r = 0; r < n; ++r) {
       if (A(r, c) == 0) continue;
       if (strings.empty() || strings.back().second != r) strings.emplace_back(r, r);
@@ -259,7 +259,7 @@ class Output4Writer {
   void word(std::string& to, long long value) const {
     put(to, static_cast<std::uint64_t>(value), form_.word, form_.is_big_endian);
   }
-  // Words that a real number has.
+  // Words per real number.
   int words() const { return form_.is_single || form_.word == 8 ? 1 : 2; }
   void number(std::string& to, double value) const {
     for (const double part : {value, 1.0}) {
@@ -291,7 +291,7 @@ std::string output4_binary(const std::string& name, const MatrixXd& A, const Out
   bytes.word(record, A.rows() == A.cols() ? 6 : 2), bytes.word(record, (form.is_complex ? 3 : 1) + !form.is_single);
   if (form.word == 4)
     record += fmt::format("{:8}", name);
-  else  // four characters a word
+  else  // four characters per word
     record += fmt::format("{:8}{:8}", name.substr(0, 4), name.size() > 4 ? name.substr(4) : "");
   bytes.record(text, record);
   const int each = bytes.words() * (form.is_complex ? 2 : 1);

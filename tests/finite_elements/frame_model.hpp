@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A finite-element model for tests: straight beam elements in space with consistent masses, and its matrices in every
-/// format that programs write.
+/// A finite-element model for tests: straight spatial beam elements with consistent masses, and its matrices in every
+/// supported file format.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -18,7 +18,7 @@ struct FrameSection {
   double mass_per_length = 2, polar = 0.003;        // [kg/m], [kg m] about its axis
 };
 
-/// Nodes from 0 on, each with six components: translations, rotations.
+/// Nodes numbered from 0, each with six components: translations, rotations.
 struct FrameModel {
   std::vector<Eigen::Vector3d> nodes;
   Eigen::MatrixXd M, K;
@@ -26,17 +26,17 @@ struct FrameModel {
   explicit FrameModel(std::vector<Eigen::Vector3d> places);
   void add_beam(int a, int b, const FrameSection& section);
 
-  /// As read from a file whose rows have the names of nodes from 101 on.
+  /// As read from a file with named rows; nodes are numbered from 101.
   ElementMatrix mass() const;
   ElementMatrix stiffness() const;
 };
 
-/// A beam along x from the origin, cut into equal elements.
+/// A beam along x from the origin, divided into equal elements.
 FrameModel straight_beam(double length, int elements, const FrameSection& section = {});
-/// A mast along x with an arm sideways and upwards at its end: no mode of it has one direction.
+/// A mast along x with an arm sideways and upwards at its end: all modes are coupled in several directions.
 FrameModel bent_mast(int elements);
 
-/// A new folder for a test's files, removed with it.
+/// A new folder for a test's files, removed by the destructor.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -51,27 +51,27 @@ class TemporaryFolder {
 
 void write_text(const std::filesystem::path& path, const std::string& text);
 
-// The formats, as other programs write them.
+// The formats as written by other programs.
 std::string matrix_market_list(const Eigen::MatrixXd& A);   // symmetric
 std::string matrix_market_array(const Eigen::MatrixXd& A);  // general
 std::string table(const Eigen::MatrixXd& A);
 std::string calculix(const Eigen::MatrixXd& A);
-std::string calculix_dofs(const Eigen::MatrixXd& A);  // of nodes from 101 on
+std::string calculix_dofs(const Eigen::MatrixXd& A);  // nodes numbered from 101
 enum class DmigFields { wide, free };
-std::string dmig(const std::string& name, const Eigen::MatrixXd& A, DmigFields fields);  // likewise
+std::string dmig(const std::string& name, const Eigen::MatrixXd& A, DmigFields fields);  // same numbering
 enum class Output4Layout { dense, strings, wide_strings };
 std::string output4(const std::string& name, const Eigen::MatrixXd& A, Output4Layout layout);
 std::string abaqus_coordinates(const Eigen::MatrixXd& A);
-std::string abaqus_labels(const Eigen::MatrixXd& A);  // of nodes from 101 on, one triangle
+std::string abaqus_labels(const Eigen::MatrixXd& A);  // nodes numbered from 101, one triangle
 
-/// How Fortran programs write OUTPUT4 in binary.
+/// Binary OUTPUT4 format as written by Fortran programs.
 struct Output4Bytes {
   bool is_big_endian = false;
   int word = 4, marker = 4;  // [bytes]
   bool is_single = false, is_complex = false;
   Output4Layout layout = Output4Layout::dense;
 };
-/// Of complex matrices the imaginary part is 1 everywhere. May be rectangular.
+/// The imaginary part of complex matrices is 1 everywhere. The matrix may be rectangular.
 std::string output4_binary(const std::string& name, const Eigen::MatrixXd& A, const Output4Bytes& form);
 
 }  // namespace grapnel::testing

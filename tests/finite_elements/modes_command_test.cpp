@@ -1,4 +1,4 @@
-/// grapnel modes: from the shipped matrices to a robot that vibrates as they do, and what it says to mistakes.
+/// The command `grapnel modes`: from the shipped matrices to a robot with the same vibrations, and its error messages.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ const std::string kMast =
     fmt::format("modes --mass '{0}mast-mass.mtx' --stiffness '{0}mast-stiffness.mtx' ", kExamples);
 
 TEST_F(ModesCommand, ReadsTheShippedMatrices) {
-  // They are what their head says.
+  // The shipped matrices agree with their header.
   const FrameModel mast = bent_mast(2);
   FaultList faults;
   const auto mass = read_element_matrix(kExamples + "mast-mass.mtx", "", 'M', faults),
@@ -34,7 +34,7 @@ TEST_F(ModesCommand, ReadsTheShippedMatrices) {
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("mass 7.08387 kg"));
   EXPECT_THAT(made.out, HasSubstr("modes from 19.4046 Hz on left out by --modes 6"));
-  // A robot with the mast: the file's content is a link's.
+  // A robot with the mast: the file contains the keys of a link.
   std::istringstream lines(grapnel::test::read_text(folder_ / "mast.yaml"));
   std::string robot = R"(name: robot
 base: {name: base, mass: 100, inertia: [20, 20, 20]}
@@ -56,11 +56,11 @@ end_effectors:
   write("robot.yaml", robot);
   const auto info = run("info robot.yaml");
   EXPECT_EQ(info.code, 0) << info.err;
-  EXPECT_THAT(info.out, HasSubstr("0.717974 Hz"));  // the base held, which is clamped
+  EXPECT_THAT(info.out, HasSubstr("0.717974 Hz"));  // frequency with the base held: clamped
   EXPECT_THAT(info.out, HasSubstr("10.4388 Hz"));
 }
 
-// A Craig and Bampton model of one mode: six motions of a determinate interface, whose stiffness is rounding.
+// A Craig-Bampton model with one mode: six motions of a determinate interface, whose stiffness is rounding error.
 TEST_F(ModesCommand, AllModesOfSmallModel) {
   write("m.csv",
         "10 0 0 0 0 0 1\n0 10 0 0 0 0 2\n0 0 10 0 0 0 0\n0 0 0 4 0 0 0\n0 0 0 0 5 0 0\n0 0 0 0 0 6 0\n"
@@ -76,7 +76,7 @@ TEST_F(ModesCommand, AllModesOfSmallModel) {
   const auto many = run(command + "--modes 8");
   EXPECT_EQ(many.code, 2);
   EXPECT_THAT(many.err, HasSubstr("--modes 8: error: the matrices have only 7 rows"));
-  // With names beside the matrices, or in one file for both.
+  // Row names in a separate file, or in the same file for both matrices.
   write("m.dof", "1 1\n1 2\n1 3\n1 4\n1 5\n1 6\n1001 0\n");
   EXPECT_THAT(run(command).err, HasSubstr("the rows have no names, those of 'm.csv' have"));
   EXPECT_EQ(run(command + "--row-names m.dof --interface 1 --expect 1.5").code, 0);

@@ -44,7 +44,7 @@ std::vector<double> frequencies(const std::vector<ElasticMode>& modes) {
 
 struct BeamData {
   double length, mass_per_length, EI;
-  // omega of a wave number times length.
+  // The angular frequency for a wave number times length.
   double omega(double beta_L) const { return beta_L * beta_L * std::sqrt(EI / mass_per_length) / (length * length); }
 };
 const BeamData kBeam{4, 2.5, 500};

@@ -188,7 +188,7 @@ TEST(BeamMotion, WouldDivergeWithoutStiffening) {
 
 // A free arm of two beams and an elastic gear, in space: momenta to rounding error, energy to the tolerance including
 // the damper work.
-TEST(BeamMotion, KeepsMomentumAndEnergy) {
+TEST(BeamMotion, ConservesMomentumAndEnergy) {
   RobotSetup robot = only_base(50, 10);
   BodyDescription first = slender_link("first", "base", JointType::revolute, 2, 2, 40, 2);
   first.joint.rotor_inertia = 1e-4, first.joint.gear_ratio = 100;
@@ -237,7 +237,7 @@ TEST(BeamMotion, KeepsMomentumAndEnergy) {
 
 // Motor and link of a gear with backlash b, free, starting in its middle with the relative rate u. The period is that
 // of the spring plus two passages of the backlash, 2 pi / omega + 2 b / u. Energy is conserved.
-TEST(GearMotion, GoesThroughItsBacklash) {
+TEST(GearMotion, CrossesBacklash) {
   RobotSetup robot = only_base(1, 1, true);
   BodyDescription link;
   link.name = "link", link.parent = "base";

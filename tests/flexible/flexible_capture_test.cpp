@@ -37,7 +37,7 @@ CaptureResult completed(const CaptureProblem& problem) {
 
 void expect_arrival(const CaptureProblem& problem, const CaptureResult& r) {
   for (std::size_t g = 0; g < problem.grasps.size(); ++g) {
-    const Meeting m = meeting(problem, r, g, last_sample(r, "approach"));
+    const GraspError m = grasp_error(problem, r, g, last_sample(r, "approach"));
     EXPECT_LT(m.distance(), 1e-9);  // measured 2e-12
     if (problem.approach->match) {
       EXPECT_LT(norm(m.relative_velocity()), 1e-9);  // of the deflected end-effector; measured 3e-12
@@ -76,7 +76,7 @@ TEST(FlexibleCapture, AcceptsMaterialSectionsAndStations) {
 
 // The plan is corrected for the deflection. The reported mode dependence of the impact ends at the simulated impact and
 // begins at that of the robot with fixed segment rates.
-TEST(FlexibleCapture, ArrivesAndSaysHowTheImpactDependsOnTheModes) {
+TEST(FlexibleCapture, ArrivesAndReportsInfluenceOfModesOnImpact) {
   CaptureProblem p = quick("thesis/closed-loop-flexible.yaml");
   for (BodyDescription& body : p.robot.bodies) {
     if (body.beam) body.beam->segments = 1;
@@ -249,7 +249,7 @@ TEST(FlexibleCapture, UncorrectedPlanMisses) {
   p.approach->plan.reset();
   p.approach->final_position = planned.plan->final_position;
   const CaptureResult r = completed(p);
-  const double miss = meeting(p, r, 0, last_sample(r, "approach")).distance();
+  const double miss = grasp_error(p, r, 0, last_sample(r, "approach")).distance();
   EXPECT_GT(miss, 1e-6);
   EXPECT_LT(miss, 1e-2);
 }

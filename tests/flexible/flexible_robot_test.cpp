@@ -13,7 +13,7 @@ namespace flexible_robot_test {
 
 using ::testing::HasSubstr;
 
-// A link of 12 kg, of which the beam has 6 from (0.1, 0.2, 0) on along y.
+// A link of 12 kg; its beam has 6 kg and extends from (0.1, 0.2, 0) along y.
 RobotSetup with_link() {
   RobotSetup robot = only_base(100, 20);
   BodyDescription link;
@@ -29,11 +29,11 @@ RobotSetup with_link() {
   beam.segments = 3;
   link.beam = beam;
   robot.bodies.push_back(link);
-  BodyDescription hand;
-  hand.name = "hand", hand.parent = "arm", hand.joint.name = "wrist", hand.joint.type = JointType::revolute;
-  hand.X_PF.p = {0.1, 2.3, 0};
-  hand.mass = 2, hand.inertia = Symmetric3d::diagonal(0.1, 0.1, 0.1);
-  robot.bodies.push_back(hand);
+  BodyDescription gripper;
+  gripper.name = "hand", gripper.parent = "arm", gripper.joint.name = "wrist", gripper.joint.type = JointType::revolute;
+  gripper.X_PF.p = {0.1, 2.3, 0};
+  gripper.mass = 2, gripper.inertia = Symmetric3d::diagonal(0.1, 0.1, 0.1);
+  robot.bodies.push_back(gripper);
   EndEffectorSetup tip;
   tip.name = "tip", tip.body = "arm", tip.X_BE.p = {0.1, 1.2, 0.05};
   robot.end_effectors.push_back(tip);
@@ -61,7 +61,7 @@ TEST(FlexibleRobot, HasTheMassAndInertiaOfTheRigidOne) {
   EXPECT_NEAR(a.rotational.yz, b.rotational.yz, 1e-12);
 }
 
-TEST(FlexibleRobot, KeepsAttachmentsInPlace) {
+TEST(FlexibleRobot, PreservesPlacesOfAttachments) {
   const RobotSetup robot = with_link(), flexible = flexible_robot(robot);
   ASSERT_TRUE(flexible.undeformed);
   const Model model = model_of(robot);

@@ -62,7 +62,7 @@ Model with_ball(const RobotSetup& robot) {
 
 // The same model twice: with modal and with independent beam joints. Columns of T: the admissible velocities.
 struct Pair {
-  explicit Pair(int modes) : model(with_ball(two_arms(modes))), pieces(with_ball(two_arms({}))) {
+  explicit Pair(int modes) : model(with_ball(two_arms(modes))), independent(with_ball(two_arms({}))) {
     const auto n = static_cast<Index>(model.velocities());
     std::vector<bool> in_chain(static_cast<std::size_t>(n));
     for (const ModalChain& chain : model.tree().chains) {
@@ -99,7 +99,7 @@ struct Pair {
   VectorXd reduced(const MatrixXd& M, const VectorXd& right) const {
     return T * (T.transpose() * M * T).llt().solve(T.transpose() * right);
   }
-  Model model, pieces;
+  Model model, independent;
   MatrixXd T;
 };
 
@@ -189,19 +189,20 @@ TEST(ModalLinks, ForwardDynamicsAgreesWithModalCoordinates) {
       Forces forces;
       forces.generalized = numbers(f), forces.gravity = gravity;
       const VectorXd vdot = as_vector(forward_dynamics(pair.model, state, forces));
-      const VectorXd wanted = pair.reduced(mass_matrix(pair.pieces, state), f - bias_of(pair.pieces, state, gravity));
+      const VectorXd wanted =
+          pair.reduced(mass_matrix(pair.independent, state), f - bias_of(pair.independent, state, gravity));
       EXPECT_LT((vdot - wanted).norm(), 1e-10 * wanted.norm()) << modes;  // measured 2e-12
       // Mass matrix and Jacobians agree.
       const VectorXd by_matrix = mass_matrix(pair.model, state).llt().solve(f - bias_of(pair.model, state, gravity));
       EXPECT_LT((pair.T.transpose() * (by_matrix - wanted)).norm(), 1e-10 * wanted.norm()) << modes;
       const VectorXd v = as_vector(state.v);
-      EXPECT_NEAR(v.dot(mass_matrix(pair.model, state) * v), v.dot(mass_matrix(pair.pieces, state) * v),
+      EXPECT_NEAR(v.dot(mass_matrix(pair.model, state) * v), v.dot(mass_matrix(pair.independent, state) * v),
                   1e-12 * v.squaredNorm());
     }
   }
 }
 
-TEST(ModalLinks, AllModesAreThePiecesThemselves) {
+TEST(ModalLinks, AllModesEqualIndependentJoints) {
   const Pair pair(6);  // both kinds of the second link have four hinges
   std::mt19937 random(6);
   const State state = pair.random_state(random);
@@ -209,7 +210,7 @@ TEST(ModalLinks, AllModesAreThePiecesThemselves) {
   Forces forces;
   forces.generalized = numbers(f);
   const VectorXd a = as_vector(forward_dynamics(pair.model, state, forces));
-  const VectorXd b = as_vector(forward_dynamics(pair.pieces, state, forces));
+  const VectorXd b = as_vector(forward_dynamics(pair.independent, state, forces));
   EXPECT_LT((a - b).norm(), 1e-9 * b.norm());
 }
 
@@ -245,8 +246,8 @@ TEST(ModalLinks, PrescribedJoints) {
         free.push_back(static_cast<int>(c));
       }
     }
-    const MatrixXd M = mass_matrix(pair.pieces, state), T = pair.T(Eigen::all, free);
-    const VectorXd right = f - bias_of(pair.pieces, state, {}) - M * known;
+    const MatrixXd M = mass_matrix(pair.independent, state), T = pair.T(Eigen::all, free);
+    const VectorXd right = f - bias_of(pair.independent, state, {}) - M * known;
     const VectorXd wanted = known + T * (T.transpose() * M * T).llt().solve(T.transpose() * right);
     EXPECT_LT((as_vector(vdot) - wanted).norm(), 1e-10 * wanted.norm()) << link_too;
   }
@@ -269,19 +270,19 @@ TEST(ModalLinks, LoopsThroughModalLinks) {
         in.q = state.q, in.v = state.v, in.force = force;
         std::vector<double> vdot(n), applied(n);
         solver.accelerations(in, 0, workspace, vdot, applied);
-        const MatrixXd J = closure_jacobian(pair.pieces, closures, state);
+        const MatrixXd J = closure_jacobian(pair.independent, closures, state);
         // The rates of the rows vanish, J vdot + Jdot v = 0: by finite differences along the motion.
-        const VectorXd u_before = moved_rows(pair.pieces, closures, state, vdot, -1e-6);
-        const VectorXd u_after = moved_rows(pair.pieces, closures, state, vdot, 1e-6);
+        const VectorXd u_before = moved_rows(pair.independent, closures, state, vdot, -1e-6);
+        const VectorXd u_after = moved_rows(pair.independent, closures, state, vdot, 1e-6);
         const double size = (J.cwiseAbs() * as_vector(vdot).cwiseAbs()).maxCoeff();
         EXPECT_LT((u_after - u_before).norm() / 2e-6, 1e-7 * size) << modes << ' ' << which;
         // W agrees with that of T.
-        const MatrixXd M = mass_matrix(pair.pieces, state), J_T = J * pair.T;
+        const MatrixXd M = mass_matrix(pair.independent, state), J_T = J * pair.T;
         const MatrixXd W = J_T * (pair.T.transpose() * M * pair.T).llt().solve(J_T.transpose());
         EXPECT_LT((solver.contact_inertia() - W).norm(), 1e-10 * W.norm()) << modes << ' ' << which;
         // So does the motion due to the multipliers.
         const Eigen::Map<const VectorXd> lambda(solver.multipliers().data(), J.rows());
-        const VectorXd wanted = pair.reduced(M, f - bias_of(pair.pieces, state, {}) + J.transpose() * lambda);
+        const VectorXd wanted = pair.reduced(M, f - bias_of(pair.independent, state, {}) + J.transpose() * lambda);
         EXPECT_LT((as_vector(vdot) - wanted).norm(), 1e-8 * wanted.norm()) << modes << ' ' << which;
         // Velocities after closing the loops.
         std::vector<double> closed = state.v;
@@ -331,7 +332,7 @@ TEST(ModalLinks, ImpactsAgreeWithModalCoordinates) {
   std::mt19937 random(10);
   const Pair pair(2);
   const State state = pair.random_state(random);
-  const Kinematics k = forward_kinematics(pair.pieces, state);
+  const Kinematics k = forward_kinematics(pair.independent, state);
   std::vector<Grasp> grasps(2);
   grasps[0].robot_body = pair.model.body_index("second:2"), grasps[0].target_body = pair.model.body_index("ball");
   grasps[1] = grasps[0], grasps[1].robot_body = pair.model.body_index("arm");
@@ -340,11 +341,11 @@ TEST(ModalLinks, ImpactsAgreeWithModalCoordinates) {
   const HeldRate held{pair.model.bodies()[pair.model.body_index("first")].v, 0.3};
   const ImpactSolution s = plastic_impact(pair.model, state, grasps, {&held, 1});
   MatrixXd J(10, pair.model.velocities());
-  J.topRows(9) = grasp_jacobian(pair.pieces, k, grasps);
+  J.topRows(9) = grasp_jacobian(pair.independent, k, grasps);
   J.row(9).setZero(), J(9, held.velocity) = 1;
   VectorXd after = VectorXd::Zero(10);
   after[9] = 0.3;
-  const MatrixXd M = mass_matrix(pair.pieces, state), J_T = J * pair.T, M_T = pair.T.transpose() * M * pair.T;
+  const MatrixXd M = mass_matrix(pair.independent, state), J_T = J * pair.T, M_T = pair.T.transpose() * M * pair.T;
   const MatrixXd W = J_T * M_T.llt().solve(J_T.transpose());
   const VectorXd v = as_vector(state.v), P = W.ldlt().solve(after - J * v);
   const VectorXd wanted = v + pair.T * M_T.llt().solve(J_T.transpose() * P);
@@ -380,7 +381,7 @@ TEST(ModalLinks, ImpactsAgreeWithModalCoordinates) {
 TEST(FastModes, AreHeldByEveryImpactLaw) {
   std::mt19937 random(11);
   const Pair pair(2);
-  const Model& model = pair.pieces;
+  const Model& model = pair.independent;
   const State state = pair.random_state(random);
   const MatrixXd M = mass_matrix(model, state);
   const VectorXd v = as_vector(state.v);
@@ -392,7 +393,7 @@ TEST(FastModes, AreHeldByEveryImpactLaw) {
     const VectorXd row = M * modes[i].shape;
     held.push_back({-1, row.dot(v), numbers(row)});
   }
-  const auto kept = [&](const std::vector<double>& after) {
+  const auto held_change = [&](const std::vector<double>& after) {
     return (X.transpose() * M * (as_vector(after) - v)).norm();
   };
   std::vector<Grasp> grasps(1);
@@ -403,11 +404,11 @@ TEST(FastModes, AreHeldByEveryImpactLaw) {
   EXPECT_LT((impulse_measures(model, state, 0, grasps, {}, held).contact_inertia - W).norm(), 1e-10 * W.norm());
 
   const ImpactSolution plastic = plastic_impact(model, state, grasps, held);
-  EXPECT_LT(kept(plastic.velocity), 1e-10 * v.norm());
+  EXPECT_LT(held_change(plastic.velocity), 1e-10 * v.norm());
   EXPECT_LT((J * as_vector(plastic.velocity)).norm(), 1e-10 * (J * v).norm());
   const std::vector<std::vector<double>> half{std::vector<double>(6, 0.5)};
   const BilateralRestitution thrown = bilateral_restitution(model, state, grasps, half, held);
-  EXPECT_LT(kept(thrown.solution.velocity), 1e-10 * v.norm());
+  EXPECT_LT(held_change(thrown.solution.velocity), 1e-10 * v.norm());
   EXPECT_LT((J * (as_vector(thrown.solution.velocity) + 0.5 * v)).norm(), 1e-10 * (J * v).norm());
   EXPECT_EQ(thrown.inconsistent, "");
 
@@ -419,13 +420,13 @@ TEST(FastModes, AreHeldByEveryImpactLaw) {
   const ContactImpactSolution rebound =
       contact_impact(model, state, {&contact, 1}, RestitutionHypothesis::stronge, {}, held);
   EXPECT_GT(rebound.contacts[0].normal, 0);
-  EXPECT_LT(kept(rebound.velocity), 1e-10 * v.norm());
+  EXPECT_LT(held_change(rebound.velocity), 1e-10 * v.norm());
   EXPECT_LT(rebound.generalized_momentum_residual, 1e-10);
   EXPECT_LT(rebound.energy_identity_residual, 1e-10);
 }
 
 // Clamped and with its payload, the retained modes equal those of the segments exactly.
-TEST(ModalLinks, KeepsTheFrequenciesOfTheClampedLink) {
+TEST(ModalLinks, PreservesFrequenciesOfClampedLink) {
   for (const double tip : {0.0, 5.0}) {
     const auto model_with = [&](std::optional<int> modes) {
       RobotSetup robot = only_base(1, 1, true);
@@ -441,17 +442,19 @@ TEST(ModalLinks, KeepsTheFrequenciesOfTheClampedLink) {
       }
       return model_of(robot);
     };
-    const Model pieces = model_with({}), modal = model_with(3);
-    std::vector<int> held = velocities_of(pieces, "beam");
-    if (tip > 0) held.push_back(velocities_of(pieces, "load").front());
-    const auto a = elastic_modes(pieces, zero_state(pieces), held), b = elastic_modes(modal, zero_state(modal), held);
+    const Model independent = model_with({}), modal = model_with(3);
+    std::vector<int> held = velocities_of(independent, "beam");
+    if (tip > 0) held.push_back(velocities_of(independent, "load").front());
+    const auto a = elastic_modes(independent, zero_state(independent), held),
+               b = elastic_modes(modal, zero_state(modal), held);
     ASSERT_EQ(b.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_NEAR(b[i].frequency, a[i].frequency, 1e-10 * a[i].frequency) << tip << ' ' << i;
       EXPECT_NEAR(b[i].damping_ratio, a[i].damping_ratio, 1e-10);
     }
     // With a free joint the lowest modes differ by the effect of the omitted modes.
-    const auto c = elastic_modes(pieces, zero_state(pieces), {}), d = elastic_modes(modal, zero_state(modal), {});
+    const auto c = elastic_modes(independent, zero_state(independent), {}),
+               d = elastic_modes(modal, zero_state(modal), {});
     EXPECT_NEAR(d[0].frequency, c[0].frequency, 2e-2 * c[0].frequency) << tip;
     EXPECT_GE(d[0].frequency, c[0].frequency * (1 - 1e-12)) << "by Rayleigh";
   }

@@ -132,10 +132,10 @@ TEST(TaperedBeam, HasTheStatedMassAndDamping) {
   const auto modes = modes_of(link);
   EXPECT_NEAR(modes[0].damping_ratio, 0.02, 2e-5);  // measured 2e-6, of Stodola's midpoints
   RigidBodyInertiad sum{0, Vector3d::zero(), Symmetric3d::zero()};
-  for (int piece = 0; piece <= beam.hinges(); ++piece) {
+  for (int segment = 0; segment <= beam.hinges(); ++segment) {
     Posed X = Posed::identity();
-    X.p = beam.origin(piece);
-    sum += X * beam.piece_inertia(piece);
+    X.p = beam.origin(segment);
+    sum += X * beam.piece_inertia(segment);
   }
   EXPECT_NEAR(sum.mass, link.mass, 1e-13);
   EXPECT_NEAR(sum.rotational_about_com().zz, link.inertia.zz, 1e-13);

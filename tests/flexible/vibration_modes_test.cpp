@@ -111,7 +111,7 @@ TEST(VibrationModes, MayHaveAnyDirections) {
 
 // Vibration while the whole body tumbles, as one body and with a soft hinge: momentum to rounding error, energy
 // including damper work, and uniform motion of the centre of mass.
-TEST(VibrationModes, KeepMomentumAndEnergy) {
+TEST(VibrationModes, ConserveMomentumAndEnergy) {
   for (const bool hinged : {false, true}) {
     RobotSetup robot = only_base(60, 8);
     BodyDescription panel = panel_with_modes_of_any_direction(3, 0.8);

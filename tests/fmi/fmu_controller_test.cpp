@@ -1,4 +1,4 @@
-/// FMUs as controllers of captures, from their scenarios.
+/// FMUs as controllers of captures, from scenario files.
 
 #include <gtest/gtest.h>
 
@@ -62,8 +62,8 @@ double apart(const CaptureResult& a, const CaptureResult& b) {
   return most;
 }
 
-// Its outputs follow what it saw one sample earlier: they are those of the same law in C with a delay of a sample, but
-// for the rounding of the times at which they act.
+// The FMU's outputs use inputs that are one sample old. They equal those of the same controller in C with a delay of
+// one sample, up to rounding of the output times.
 TEST(FmuController, SameLawWithOneSampleDelay) {
   const CaptureResult in_c =
       simulate_capture(with(std::string("delay: 0.01, plugin: ") + GRAPNEL_OWN_PD + ", parameters: {" + kGains + "}"));
@@ -82,17 +82,17 @@ TEST(FmuController, SameLawWithOneSampleDelay) {
     EXPECT_LT(apart(result, in_c), 1e-10);
     EXPECT_GT(apart(result, at_once), 1e-7);
   }
-  EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, to the last bit
+  EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, bit for bit
 }
 
-// Inputs that are not signals: of every type, constants or start values. The FMU adds a gain to its inputs, if its
-// switch is on, its count is 3 and its name "fine".
+// Inputs other than signals: of every type, constants or start values. The FMU adds a gain if its switch is on, its
+// count is 3 and its name is "fine".
 TEST(FmuController, InputsOtherThanSignals) {
   const auto inputs = [](const std::string& more) {
     return std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + more + "}";
   };
   for (const char* name : {"fmu_inputs_2", "fmu_inputs_3"}) {
-    // Left alone those of other types are no fault; a real one has to be named.
+    // Unset inputs of other types are accepted; an unset real input is an error.
     expect_has(fault_of(name), "its input 'unused' is without a value");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: start")), "");
     EXPECT_EQ(fault_of(name, kGains, inputs(", unused: null")), "");
@@ -117,7 +117,7 @@ TEST(FmuController, InputsOtherThanSignals) {
 TEST(FmuController, EndsWithFmuMessage) {
   const auto failure = [](const char* name, const std::string& parameters) {
     const CaptureResult result = simulate_capture(with_fmu(name, parameters));
-    EXPECT_TRUE(result.approach_end);  // what came before is kept
+    EXPECT_TRUE(result.approach_end);  // earlier phases are recorded
     return result.failure;
   };
   for (const std::string version : {"2", "3"}) {
@@ -139,13 +139,13 @@ TEST(FmuControllerDeathTest, CrashNamesFmu) {
               "grapnel: the FMU '.*fmu_3.fmu' crashed \\(segmentation fault\\) in fmi3DoStep\\(\\) at t = 20.000000 s");
 }
 
-// Not even a crash leaves what was unpacked among the temporary files.
+// Unpacked temporary files are removed even after a crash.
 TEST(FmuControllerDeathTest, CrashLeavesNoFiles) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  // The child runs this too, with another folder of temporary files.
+  // The child process runs this too, with another folder of temporary files.
   const std::filesystem::path folder = std::filesystem::absolute("grapnel_fmu_crash_test");
   const char* const before = std::getenv("TMPDIR");
-  const std::string kept = before ? before : "/tmp";
+  const std::string previous = before ? before : "/tmp";
   std::filesystem::create_directories(folder);
   ::setenv("TMPDIR", folder.c_str(), 1);
   EXPECT_EXIT(simulate_capture(with_fmu("fmu_3", "does: crashes")), ::testing::ExitedWithCode(1), "crashed");
@@ -156,7 +156,7 @@ TEST(FmuControllerDeathTest, CrashLeavesNoFiles) {
       },
       ::testing::KilledBySignal(SIGKILL), "");
   { const auto problem = with_fmu("fmu_3"); }
-  ::setenv("TMPDIR", kept.c_str(), 1);
+  ::setenv("TMPDIR", previous.c_str(), 1);
   for (int i = 0; i < 500 && !std::filesystem::is_empty(folder); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_TRUE(std::filesystem::is_empty(folder));
@@ -173,14 +173,14 @@ TEST(FmuController, RejectsMismatch) {
              "it has no binary for this system, binaries/linux64/test_fmu.so; it has: win64");
   expect_has(fault_of("fmu_with_tool"), "it requires the tool that made it");
   expect_has(fault_of("fmu_of_steps"), "has steps of 0.004 s (fixedInternalStepSize); control.period");
-  // Variables, with the place of their entry.
+  // Errors in variables include the location of their entry.
   expect_has(fault_of("fmu_2", kGains, "{'goal[7]': 'position[1]'}"), "has no variable 'goal[7]'; did you mean 'goal[");
   expect_has(fault_of("fmu_2", kGains, "{'goal[1]': 'positoin[1]'}"),
              "control.inputs: 'positoin[1]' is not a signal; did you mean 'position[1]'?");
   expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "has causality output, expected input");
   expect_has(fault_of("fmu_2", kGains, "{}"),
              "its inputs 'goal[1]', 'goal[2]', 'goal[3]', 'goal[4]', 'goal[5]', 'goal[6]' are without a value");
-  // All errors together.
+  // All errors are reported together.
   const std::string all = fault_of("fmu_2", "ki: 3, kp: true", "{'goal[7]': 'position[1]', 'goal[1]': 'positoin[1]'}");
   for (const char* part : {"has no variable 'ki'", "is a Real, which true is not", "has no variable 'goal[7]'",
                            "'positoin[1]' is not a signal", "its inputs 'goal[2]', "})
@@ -189,14 +189,14 @@ TEST(FmuController, RejectsMismatch) {
   expect_has(fault_of("fmu_2", "inside: 3"), "has causality local, expected parameter");
   expect_has(fault_of("fmu_2", "kp: true"), "is a Real, which true is not");
   expect_has(fault_of("fmu_3", "count: 1.5"), "is a Int32, which 1.5 is not");
-  // Files that are no FMU.
+  // Files that are not FMUs.
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "grapnel_no.fmu";
   std::ofstream(file) << "not a ZIP archive";
   EXPECT_THROW(fmi::Fmu(file, "no.fmu"), fmi::FmuError);
   std::filesystem::remove(file);
 }
 
-// canBeInstantiatedOnlyOncePerProcess: runs wait for each other, and their results are those of one alone.
+// canBeInstantiatedOnlyOncePerProcess: runs wait for each other, with the results of a single run.
 TEST(FmuController, SingleInstancePerProcess) {
   const CaptureProblem problem = with_fmu("fmu_once");
   const CaptureResult alone = simulate_capture(problem);
@@ -211,7 +211,7 @@ TEST(FmuController, SingleInstancePerProcess) {
   }
 }
 
-// Cases of a block are under way together elsewhere; those that have such a controller go one after the other.
+// Other controllers run the cases of a block concurrently; with this one, cases run one after the other.
 TEST(FmuController, SingleInstanceInCampaigns) {
   const CaptureProblem problem = with_fmu("fmu_once");
   Campaign campaign;

@@ -1,6 +1,6 @@
-/* An FMU for co-simulation of the project's own, for FMI 2.0 or 3.0 (FMI_VERSION): proportional and derivative in six
-   joints, and a damper on the base, as examples/controllers/own_pd.c. Its outputs are zero until its first step. "does"
-   says what it does wrong: "nothing", "refuses", "checks", "discards", "fails", "nan", "crashes". References: 0 + j
+/* A test FMU for co-simulation, for FMI 2.0 or 3.0 (FMI_VERSION): proportional-derivative control of six joints, and a
+   damper on the base, like examples/controllers/own_pd.c. Its outputs are zero until its first step. "does"
+   selects its error: "nothing", "refuses", "checks", "discards", "fails", "nan", "crashes". References: 0 + j
    position, 20 + j rate, 40 + j desired position, 60 + j desired rate, 80 + k angular velocity of the base, 100 + j
    effort, 120 + k torque on the base; 200 kp, 201 kd, 202 base_kd; 203 whole; 204 on; 205 does; inputs of FMUs that
    have them: 210 unused, 211 switched, 212 counted, 213 called, which it "checks". */
@@ -34,9 +34,9 @@ typedef struct {
 #endif
 } model;
 
-static int alive = 0; /* instances of the process */
+static int alive = 0; /* instances in this process */
 
-static void say(model* m, const char* text) {
+static void log_error(model* m, const char* text) {
 #if FMI_VERSION == 2
   m->log(m->environment, "it", 3, "error", "%s", text);
 #else
@@ -47,13 +47,13 @@ static void say(model* m, const char* text) {
 static int step(model* m, double time, double length) {
   int j;
   if (!m->initialized || fabs(m->time - time) > 1e-9) {
-    say(m, "stepped from another time than the one it is at");
+    log_error(m, "stepped from another time than the one it is at");
     return 3;
   }
   m->time = time + length;
   if (!strcmp(m->does, "discards")) return 2;
   if (!strcmp(m->does, "fails")) {
-    say(m, "the sun is out");
+    log_error(m, "the sun is out");
     return 3;
   }
   if (!strcmp(m->does, "crashes")) *(volatile int*)(size_t)8 = 1;
@@ -91,13 +91,13 @@ static int set_flag(model* m, unsigned r, bool value) {
 static int enter(model* m, double start) {
   m->time = start;
   if (strcmp(m->does, "refuses")) return 0;
-  say(m, m->on && m->whole == 7 ? "refused, as it was asked to" : "its parameters are wrong");
+  log_error(m, m->on && m->whole == 7 ? "refused, as it was asked to" : "its parameters are wrong");
   return 3;
 }
 static int leave(model* m) {
   if (!strcmp(m->does, "checks") &&
       !(m->value[210] == 7.5 && m->switched && m->counted == 3 && !strcmp(m->called, "fine"))) {
-    say(m, "its inputs are not as they should be");
+    log_error(m, "its inputs are not as they should be");
     return 3;
   }
   m->initialized = 1;

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// A small master for exported plants: unpacks an FMU, loads its binary and calls its functions, of either version.
+/// A minimal master for exported plants: unpacks an FMU, loads its binary and calls its functions, for both FMI
+/// versions.
 
 #include <gtest/gtest.h>
 
@@ -42,7 +43,7 @@ class Master {
   }
 
   bool instantiate(const std::string& token, const std::string& resources, int type = fmi::kCoSimulation2) {
-    said.clear();
+    last_message.clear();
     callbacks_ = {&log_2, std::calloc, std::free, nullptr, this};
     instance = is_2() ? function<fmi::Instantiate2>("Instantiate")("plant", type, token.c_str(), resources.c_str(),
                                                                    &callbacks_, 0, 0)
@@ -64,7 +65,7 @@ class Master {
     const int status = function<fmi::SetupExperiment2>("SetupExperiment")(instance, 0, 0, start, 0, 0);
     return status != 0 ? status : plain("EnterInitializationMode");
   }
-  /// A function of nothing but the instance.
+  /// A function whose only argument is the instance.
   int plain(const char* name) { return function<fmi::Plain>(name)(instance); }
   int initialize(double start = 0) {
     const int status = enter(start);
@@ -88,7 +89,7 @@ class Master {
   }
   double get(const std::string& name) {
     double value = NAN;
-    EXPECT_EQ(try_get(name, value), fmi::kOk) << name << ": " << said;
+    EXPECT_EQ(try_get(name, value), fmi::kOk) << name << ": " << last_message;
     return value;
   }
   std::vector<double> get_list(const std::string& name, int size) {
@@ -105,7 +106,7 @@ class Master {
                      instance, &r, 1, &whole)
                : function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, bool*, std::size_t)>("GetBoolean")(
                      instance, &r, 1, &flag, 1);
-    EXPECT_EQ(status, fmi::kOk) << name << ": " << said;
+    EXPECT_EQ(status, fmi::kOk) << name << ": " << last_message;
     return is_2() ? whole != 0 : flag;
   }
   int get_whole(const std::string& name) {
@@ -116,10 +117,10 @@ class Master {
                                                                                                           1, &whole)
                : function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, std::int32_t*, std::size_t)>(
                      "GetInt32")(instance, &r, 1, &whole, 1);
-    EXPECT_EQ(status, fmi::kOk) << name << ": " << said;
+    EXPECT_EQ(status, fmi::kOk) << name << ": " << last_message;
     return whole;
   }
-  /// Afterwards `terminates` tells whether the plant requests the end, `reached` the time reached.
+  /// Sets `terminates`, the plant's request to end, and `reached`, the time reached.
   int step(double time, double size) {
     if (is_2()) {
       const int status = function<fmi::DoStep2>("DoStep")(instance, time, size, 1);
@@ -139,7 +140,7 @@ class Master {
 
   fmi::Fmu fmu;
   fmi::Instance instance = nullptr;
-  std::string said;  // what it logged last
+  std::string last_message;  // last logged message
   bool terminates = false;
   double reached = NAN;
 
@@ -150,17 +151,17 @@ class Master {
     va_start(values, message);
     std::vsnprintf(text.data(), text.size(), message, values);
     va_end(values);
-    static_cast<Master*>(environment)->said = text.data();
+    static_cast<Master*>(environment)->last_message = text.data();
   }
   static void log_3(void* environment, int, const char*, const char* message) {
-    static_cast<Master*>(environment)->said = message;
+    static_cast<Master*>(environment)->last_message = message;
   }
 
   std::map<std::string, fmi::Variable> variables_;
   fmi::Callbacks2 callbacks_{};
 };
 
-/// Exports with the program.
+/// Exports an FMU with the program.
 class ExportFmu : public test::ProgramRun {
  protected:
   /// An FMU of version `fmi` in the test's folder.

@@ -1,5 +1,5 @@
-/// What modelDescription.xml must be by the standards: the rules of the schemas of FMI 2.0 and 3.0 that concern what is
-/// written, and those that only the text states.
+/// modelDescription.xml satisfies the standards: the rules of the schemas of FMI 2.0 and 3.0 that apply to it, and
+/// rules stated in the text only.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace model_description_test {
 
 class ModelDescriptionOfPlants : public ExportFmu {
  protected:
-  // Of one of the scenarios shipped, unpacked.
+  // The unpacked FMU of a shipped scenario.
   pugi::xml_document description(const std::string& scenario, int version, const std::string& more = {}) {
     const fmi::Fmu fmu(exported(scenario, version, more), "plant.fmu");
     pugi::xml_document document;
@@ -44,7 +44,7 @@ struct Checked {
   std::set<std::string> units;
   std::set<unsigned> references;
   std::set<std::string> names;
-  std::vector<std::string> outputs;  // position or reference, as the structure names them
+  std::vector<std::string> outputs;  // positions or references, as listed in the model structure
   int parameters = 0, inputs = 0;
 };
 
@@ -60,7 +60,7 @@ void check_units(const pugi::xml_node& units, Checked& checked) {
   }
 }
 
-// Attributes that a variable has, by causality and variability (2.0: section 2.2.7; 3.0: section 2.4.7.4).
+// Attributes of a variable, by causality and variability (2.0: section 2.2.7; 3.0: section 2.4.7.4).
 void check_variable(const pugi::xml_node& variable, const pugi::xml_node& value, const std::string& type,
                     const std::string& position, Checked& checked) {
   expect_all(variable, {"name", "valueReference", "causality", "variability"});
@@ -87,13 +87,13 @@ void check_variable(const pugi::xml_node& variable, const pugi::xml_node& value,
   } else if (causality == "input") {
     ++checked.inputs;
     EXPECT_EQ(variability, is_real ? "continuous" : "discrete");
-    EXPECT_FALSE(variable.attribute("initial")) << name;  // not of inputs
+    EXPECT_FALSE(variable.attribute("initial")) << name;  // not allowed for inputs
     EXPECT_TRUE(value.attribute("start")) << name;
   } else {
     EXPECT_EQ(causality, "output");
     EXPECT_EQ(variability, is_real ? "continuous" : "discrete");
     EXPECT_STREQ(variable.attribute("initial").value(), "calculated");
-    EXPECT_FALSE(value.attribute("start")) << name;  // not where it is calculated
+    EXPECT_FALSE(value.attribute("start")) << name;  // not allowed for calculated variables
     checked.outputs.push_back(position);
   }
 }

@@ -1,4 +1,4 @@
-/// What an exported plant, and the command that exports it, refuse.
+/// Invalid calls that an exported plant rejects, and errors of the command that exports it.
 
 #include <gtest/gtest.h>
 
@@ -28,89 +28,89 @@ TEST_F(PlantErrors, CallsInAnIllegalOrder) {
   for (const int version : {2, 3}) {
     const std::string prefix = "fmi" + std::to_string(version);
     Master plant(exported(scenario_, version));
-    ASSERT_TRUE(plant.instantiate()) << plant.said;
+    ASSERT_TRUE(plant.instantiate()) << plant.last_message;
     double value = 0;
     // Before initialization.
     EXPECT_EQ(plant.try_get("joint.elbow.rate", value), fmi::kError);
-    expect_has(plant.said, prefix + (version == 2 ? "GetReal" : "GetFloat64") +
-                               ": joint.elbow.rate is available only from initialization mode on");
+    expect_has(plant.last_message, prefix + (version == 2 ? "GetReal" : "GetFloat64") +
+                                       ": joint.elbow.rate is available only from initialization mode on");
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "must not be called before initialization mode");
+    expect_has(plant.last_message, "must not be called before initialization mode");
     EXPECT_EQ(plant.plain("ExitInitializationMode"), fmi::kError);
     EXPECT_EQ(plant.plain("Terminate"), fmi::kError);
     if (version == 2) {
       EXPECT_EQ(plant.plain("EnterInitializationMode"), fmi::kError);
-      expect_has(plant.said, "fmi2SetupExperiment must be called first");
+      expect_has(plant.last_message, "fmi2SetupExperiment must be called first");
     }
-    // What was refused has changed nothing.
-    ASSERT_EQ(plant.enter(), fmi::kOk) << plant.said;
+    // Rejected calls leave the state unchanged.
+    ASSERT_EQ(plant.enter(), fmi::kOk) << plant.last_message;
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "in initialization mode");
+    expect_has(plant.last_message, "in initialization mode");
     EXPECT_NE(plant.enter(), fmi::kOk);
-    ASSERT_EQ(plant.plain("ExitInitializationMode"), fmi::kOk) << plant.said;
-    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+    ASSERT_EQ(plant.plain("ExitInitializationMode"), fmi::kOk) << plant.last_message;
+    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
     // Variables.
     EXPECT_EQ(plant.set("joint.elbow.rate", 1), fmi::kError);
-    expect_has(plant.said, "joint.elbow.rate is an output and cannot be set");
+    expect_has(plant.last_message, "joint.elbow.rate is an output and cannot be set");
     EXPECT_EQ(plant.set("targets[0].mass", 1), fmi::kError);
-    expect_has(plant.said, "targets[0].mass is a fixed parameter, which can be set before the run only");
+    expect_has(plant.last_message, "targets[0].mass is a fixed parameter, which can be set before the run only");
     EXPECT_EQ(plant.set("joint.elbow.effort", NAN), fmi::kError);
-    expect_has(plant.said, "joint.elbow.effort is set to nan, must be finite");
+    expect_has(plant.last_message, "joint.elbow.effort is set to nan, must be finite");
     EXPECT_EQ(plant.set_flag("joint.elbow.effort", true), fmi::kError);
-    expect_has(plant.said, "joint.elbow.effort is a real number, not a truth value");
+    expect_has(plant.last_message, "joint.elbow.effort is a real number, not a truth value");
     const fmi::Reference none = 4000;
     EXPECT_EQ(version == 2 ? plant.function<fmi::SetReal2>("SetReal")(plant.instance, &none, 1, &value)
                            : plant.function<fmi::SetFloat3>("SetFloat64")(plant.instance, &none, 1, &value, 1),
               fmi::kError);
-    expect_has(plant.said, "no variable has the value reference 4000");
+    expect_has(plant.last_message, "no variable has the value reference 4000");
     if (version == 3) {
       const fmi::Reference first = 1;
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first, 1, &value, 2), fmi::kError);
-      expect_has(plant.said, "the numbers of values and value references must be equal");
+      expect_has(plant.last_message, "the numbers of values and value references must be equal");
     }
-    // Arrays that are missing.
+    // Null pointers as arrays.
     const fmi::Reference first_one = 1;
     if (version == 2) {
       EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, nullptr, 1, &value), fmi::kError);
-      expect_has(plant.said, "fmi2GetReal: an array is a null pointer");
+      expect_has(plant.last_message, "fmi2GetReal: an array is a null pointer");
       EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, &first_one, 1, nullptr), fmi::kError);
       EXPECT_EQ(plant.function<fmi::SetReal2>("SetReal")(plant.instance, &first_one, 1, nullptr), fmi::kError);
       EXPECT_EQ(plant.function<fmi::SetBoolean2>("SetBoolean")(plant.instance, nullptr, 1, nullptr), fmi::kError);
       EXPECT_EQ(plant.function<fmi::GetReal2>("GetReal")(plant.instance, nullptr, 0, nullptr), fmi::kOk);
-      using Ask = int (*)(fmi::Instance, int, double*);
-      EXPECT_EQ(plant.function<Ask>("GetRealStatus")(plant.instance, 2, nullptr), fmi::kError);
+      using Query = int (*)(fmi::Instance, int, double*);
+      EXPECT_EQ(plant.function<Query>("GetRealStatus")(plant.instance, 2, nullptr), fmi::kError);
     } else {
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, nullptr, 1, &value, 1), fmi::kError);
-      expect_has(plant.said, "fmi3GetFloat64: an array is a null pointer");
+      expect_has(plant.last_message, "fmi3GetFloat64: an array is a null pointer");
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, &first_one, 1, nullptr, 1), fmi::kError);
       EXPECT_EQ(plant.function<fmi::SetFloat3>("SetFloat64")(plant.instance, nullptr, 1, nullptr, 1), fmi::kError);
       EXPECT_EQ(plant.function<fmi::GetFloat3>("GetFloat64")(plant.instance, nullptr, 0, nullptr, 0), fmi::kOk);
     }
     // Steps.
     EXPECT_EQ(plant.step(0.05, 0.01), fmi::kError);
-    expect_has(plant.said, "the communication point is 0.05 [s], expected 0.01");
+    expect_has(plant.last_message, "the communication point is 0.05 [s], expected 0.01");
     for (const double size : {0.0, -0.01, 0.015, 1e-5, static_cast<double>(NAN)}) {
-      // Of FMI 2.0 discard would mean that a part of the step was computed.
+      // In FMI 2.0, discard would mean that part of the step was computed.
       EXPECT_EQ(plant.step(0.01, size), version == 2 ? fmi::kError : fmi::kDiscard) << size;
-      expect_has(plant.said, "must be a multiple of the control period, 0.01");
+      expect_has(plant.last_message, "must be a multiple of the control period, 0.01");
       EXPECT_FALSE(plant.terminates);
     }
-    ASSERT_EQ(plant.step(0.01, 0.01), fmi::kOk) << plant.said;
-    // What there is none of.
+    ASSERT_EQ(plant.step(0.01, 0.01), fmi::kOk) << plant.last_message;
+    // Unsupported functions.
     void* state = nullptr;
     EXPECT_EQ(plant.function<int (*)(fmi::Instance, void**)>(version == 2 ? "GetFMUstate" : "GetFMUState")(
                   plant.instance, &state),
               fmi::kError);
-    expect_has(plant.said, "canGetAndSetFMU");
+    expect_has(plant.last_message, "canGetAndSetFMU");
     // After termination.
     ASSERT_EQ(plant.plain("Terminate"), fmi::kOk);
     EXPECT_EQ(plant.step(0.02, 0.01), fmi::kError);
-    expect_has(plant.said, "after termination");
+    expect_has(plant.last_message, "after termination");
     EXPECT_EQ(plant.set("joint.elbow.effort", 1), fmi::kError);
     EXPECT_NE(plant.plain("Terminate"), fmi::kOk);
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
-    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
-    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
+    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
   }
 }
 
@@ -119,17 +119,17 @@ TEST_F(PlantErrors, InvalidInstances) {
     Master plant(exported(scenario_, version));
     const std::string uri = version == 2 ? "file://" : "", resources = plant.fmu.resources().string();
     EXPECT_FALSE(plant.instantiate("{another}", uri + resources));
-    expect_has(plant.said, "the token {another} is not that of the model in");
+    expect_has(plant.last_message, "the token {another} is not that of the model in");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, uri + "/nowhere"));
-    expect_has(plant.said, "there is no file plant.json in the FMU's resources, /nowhere");
+    expect_has(plant.last_message, "there is no file plant.json in the FMU's resources, /nowhere");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, ""));
-    expect_has(plant.said, "the resource location is missing");
+    expect_has(plant.last_message, "the resource location is missing");
     EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, "file://elsewhere.example/x"));
-    expect_has(plant.said, "is not on this machine");
+    expect_has(plant.last_message, "is not on this machine");
     if (version == 2) {
       EXPECT_FALSE(plant.instantiate(plant.fmu.model().token, uri + resources, 0));
-      expect_has(plant.said, "for co-simulation only");
-      EXPECT_TRUE(plant.instantiate(plant.fmu.model().token, "file:" + resources)) << plant.said;
+      expect_has(plant.last_message, "for co-simulation only");
+      EXPECT_TRUE(plant.instantiate(plant.fmu.model().token, "file:" + resources)) << plant.last_message;
     } else {
       EXPECT_EQ(plant.function<fmi::Instance (*)(const char*, const char*, const char*, bool, bool, void*, void*)>(
                     "InstantiateModelExchange")("x", "", "", false, false, nullptr, nullptr),
@@ -139,30 +139,30 @@ TEST_F(PlantErrors, InvalidInstances) {
   }
 }
 
-// Of a scenario that has been damaged, and of parameters that it does not take.
+// A damaged scenario, and invalid parameter values.
 TEST_F(PlantErrors, UnusableScenarios) {
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version, "--parameter targets[0].mass"));
     EXPECT_EQ(plant.variables().count("initial.joints[1]"), 0u);
-    ASSERT_TRUE(plant.instantiate()) << plant.said;
+    ASSERT_TRUE(plant.instantiate()) << plant.last_message;
     ASSERT_EQ(plant.set("targets[0].mass", -3), fmi::kOk);
     ASSERT_EQ(plant.enter(), fmi::kOk);
     EXPECT_EQ(plant.plain("ExitInitializationMode"), fmi::kError);
-    expect_has(plant.said, "the scenario in the FMU's resources cannot be used; --set targets[0].mass=-3");
-    // Nothing is left but to get, reset and free.
+    expect_has(plant.last_message, "the scenario in the FMU's resources cannot be used; --set targets[0].mass=-3");
+    // Only get, reset and free are allowed.
     EXPECT_EQ(plant.step(0, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are allowed");
+    expect_has(plant.last_message, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
-    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
+    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
     plant.free();
     const std::filesystem::path file = plant.fmu.resources() / "scenario" / "short.yaml";
     std::ofstream(file, std::ios::app) << "aproach: {}\n";
     EXPECT_FALSE(plant.instantiate());
-    expect_has(plant.said, "the scenario in the FMU's resources cannot be used; ");
-    expect_has(plant.said, "'aproach'");
+    expect_has(plant.last_message, "the scenario in the FMU's resources cannot be used; ");
+    expect_has(plant.last_message, "'aproach'");
     std::ofstream(plant.fmu.resources() / "plant.json") << "{\"format\": 1";
     EXPECT_FALSE(plant.instantiate());
-    expect_has(plant.said, "plant.json is damaged");
+    expect_has(plant.last_message, "plant.json is damaged");
   }
 }
 
@@ -172,21 +172,21 @@ TEST_F(PlantErrors, FailedRuns) {
       "--set 'robot.links[1].joint={name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [0.8, 0, 0]}}'";
   for (const int version : {2, 3}) {
     Master plant(exported(scenario_, version, unlimited));
-    ASSERT_TRUE(plant.instantiate()) << plant.said;
-    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
-    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+    ASSERT_TRUE(plant.instantiate()) << plant.last_message;
+    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
+    ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
     const double before = plant.get("joint.elbow.position");
     ASSERT_EQ(plant.set("joint.elbow.effort", 1e6), fmi::kOk);
     EXPECT_EQ(plant.step(0.01, 0.01), fmi::kError);
-    expect_has(plant.said, "DoStep: ");
-    expect_has(plant.said, "sampled control is unstable: at t = 0.02 s");
+    expect_has(plant.last_message, "DoStep: ");
+    expect_has(plant.last_message, "sampled control is unstable: at t = 0.02 s");
     EXPECT_FALSE(plant.terminates);
     EXPECT_EQ(plant.get("joint.elbow.position"), before);
     EXPECT_EQ(plant.step(0.01, 0.01), fmi::kError);
-    expect_has(plant.said, "after an error; only reset and free are allowed");
+    expect_has(plant.last_message, "after an error; only reset and free are allowed");
     ASSERT_EQ(plant.plain("Reset"), fmi::kOk);
-    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
-    EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+    ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
+    EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
   }
 }
 
@@ -205,27 +205,27 @@ TEST_F(PlantErrors, UnsupportedExports) {
   write("efforts.csv", "time,shoulder,elbow\n0,0,0\n1,0,0\n");
   refused("--set 'control={period: 0.01, torques: efforts.csv}' --set approach.tracking.mode=controller",
           "control.torques conflicts with the external control of an exported plant");
-  // As the message says.
+  // As advised by the message.
   EXPECT_EQ(run("export-fmu short.yaml -o y.fmu --set 'control={period: 0.01, external: true}' --set "
                 "approach.tracking.mode=controller --set post_impact.joints=controller")
                 .code,
             0);
   refused("--set robot=" + (folder_ / "robot.yaml").string(), "is named by an absolute path");
   write("no-control.yaml", std::string(kShortCapture).substr(0, std::string(kShortCapture).find("control:")));
-  // A period is assumed, and said.
+  // A period is assumed and reported.
   const test::Outcome done = run("export-fmu no-control.yaml -o z.fmu");
   EXPECT_EQ(done.code, 0) << done.err;
   expect_has(done.out, "The scenario has no control.period: control.period=10 ms is used");
   Master plant(folder_ / "z.fmu");
-  ASSERT_TRUE(plant.instantiate()) << plant.said;
-  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
-  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+  ASSERT_TRUE(plant.instantiate()) << plant.last_message;
+  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
+  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
   const test::Outcome nowhere = run("export-fmu short.yaml -o nowhere/x.fmu");
   EXPECT_EQ(nowhere.code, 1);
   expect_has(nowhere.err, "nowhere/x.fmu");
 }
 
-// By default a parameter is every number of the scenario, whatever unit it is written with.
+// By default every number of the scenario is a parameter, with or without a unit.
 TEST_F(PlantErrors, ParametersWithUnits) {
   std::string text = kShortCapture;
   const std::string plain = "mass: 10";
@@ -237,15 +237,15 @@ TEST_F(PlantErrors, ParametersWithUnits) {
   ASSERT_TRUE(plant.variables().contains("targets[0].mass"));
   ASSERT_TRUE(plant.variables().contains("targets[0].state.angular_velocity[2]"));
   EXPECT_EQ(plant.variables().size(), same.variables().size());
-  ASSERT_TRUE(plant.instantiate()) << plant.said;
+  ASSERT_TRUE(plant.instantiate()) << plant.last_message;
   EXPECT_EQ(plant.get("targets[0].mass"), 10);
   ASSERT_EQ(plant.set("targets[0].mass", 12), fmi::kOk);
-  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
+  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
   EXPECT_EQ(plant.get("targets[0].mass"), 12);
-  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
+  EXPECT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
 }
 
-// It carries all that it needs: files keep their places, and the folder that they came from may be gone.
+// The FMU is self-contained: files retain their relative paths, and the original folder may be removed.
 TEST_F(PlantErrors, IndependentOfBuildMachine) {
   std::filesystem::create_directories(folder_ / "a" / "scenarios");
   std::filesystem::create_directories(folder_ / "a" / "robots");
@@ -256,10 +256,10 @@ TEST_F(PlantErrors, IndependentOfBuildMachine) {
   std::filesystem::remove_all(folder_ / "a");
   Master plant(file);
   EXPECT_TRUE(std::filesystem::exists(plant.fmu.resources() / "scenario" / "robots" / "robot.yaml"));
-  ASSERT_TRUE(plant.instantiate()) << plant.said;
-  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
-  ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
-  // Of its libraries only those of every system are searched outside.
+  ASSERT_TRUE(plant.instantiate()) << plant.last_message;
+  ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.last_message;
+  ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.last_message;
+  // Only system libraries are loaded from outside the FMU.
   for (const auto& entry :
        std::filesystem::directory_iterator(plant.fmu.resources().parent_path() / "binaries" / "linux64")) {
     const std::string name = entry.path().filename().string();

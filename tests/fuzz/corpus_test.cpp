@@ -1,5 +1,5 @@
-// The fuzzer's kept inputs, the damaged files and the shipped scenarios, each once, without a fuzzer: what it found
-// stays found, with any compiler.
+// The fuzzer's stored inputs, the damaged files and the shipped scenarios, each run once without a fuzzer: a regression
+// test for earlier findings, with any compiler.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ std::vector<fs::path> files_below(const char* folder) {
   return files;
 }
 
-// How many of a folder's files end in the outcome.
+// The number of files in the folder with this outcome.
 std::ptrdiff_t count(const std::vector<fs::path>& files, Outcome outcome) {
   return std::count_if(files.begin(), files.end(), [&](const fs::path& file) {
     SCOPED_TRACE(file.string());
@@ -43,7 +43,7 @@ std::ptrdiff_t count(const std::vector<fs::path>& files, Outcome outcome) {
   });
 }
 
-TEST(FuzzCorpus, StoredInputsGiveErrorsOrASystem) {
+TEST(FuzzCorpus, StoredInputsYieldErrorsOrSystem) {
   const auto files = files_below("tests/fuzz/corpus");
   ASSERT_FALSE(files.empty());
   EXPECT_GE(count(files, Outcome::built), 3);
@@ -58,7 +58,7 @@ TEST(FuzzCorpus, DamagedFilesAreRefused) {
 TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
   SKIP_UNDER_SANITIZERS();
   for (const fs::path& file : files_below("scenarios")) {
-    if (file.extension() != ".yaml") continue;  // what scenarios name
+    if (file.extension() != ".yaml") continue;  // files that scenarios refer to
     SCOPED_TRACE(file.string());
     std::string scenario = bytes_of(file);
     std::string robot = "\n=== robot.yaml\n";

@@ -1,17 +1,17 @@
 /// @file
-/// One input of the fuzzer: a scenario, and with it whatever else the command line could bring.
+/// One input of the fuzzer: a scenario, and other input of the command line.
 ///
-/// The bytes are a scenario file. Five lines, each at most once and in this order, end a part and begin the next:
+/// The bytes are a scenario file. Five separator lines, each at most once and in this order, begin further parts:
 ///
-///     === robot.yaml       what follows is a file of that name beside the scenario
-///     === motion.csv       likewise
-///     === mesh.obj         likewise
-///     === mesh.stl         likewise
-///     === set              what follows are overrides, one path=value a line
+///     === robot.yaml       a file of that name beside the scenario
+///     === motion.csv       same
+///     === mesh.obj         same
+///     === mesh.stl         same
+///     === set              overrides, one path=value per line
 ///
-/// Whatever the bytes are, the input is refused with a InputError that has faults, or accepted; what was accepted
-/// must become a model or be refused by the model's own errors. Anything else ends the process: an exception of another
-/// type, a signal, a sanitizer's finding, a hang.
+/// Every input must be rejected with an InputError that has faults, or accepted. An accepted input must yield a model,
+/// or be rejected by the model's own errors. Anything else ends the process: an exception of another type, a signal, a
+/// sanitizer's finding, a hang.
 
 #include "fuzz/fuzz_scenario.hpp"
 
@@ -65,7 +65,7 @@ class Folder {
   fs::path path_;
 };
 
-// Cuts the text at a separating line; what follows it, if it is there.
+// Splits the text at a separator line; returns the part after it, if present.
 std::optional<std::string_view> cut(std::string_view& text, std::string_view line) {
   const std::string whole = "\n" + std::string(line) + "\n";
   const std::size_t at = text.find(whole);
@@ -75,7 +75,7 @@ std::optional<std::string_view> cut(std::string_view& text, std::string_view lin
   return rest;
 }
 
-// Writes a file of the input, or makes sure that none is left of the last one; whether there is one.
+// Writes a file of the input, or removes that of the previous input; returns whether it exists.
 bool place(const Folder& folder, const char* name, std::optional<std::string_view> bytes) {
   if (bytes) folder.write(name, *bytes);
   if (!bytes) fs::remove(folder.path() / name);
@@ -92,7 +92,7 @@ std::vector<std::string> lines_of(std::string_view text) {
   return lines;
 }
 
-// A fault or warning that is not one line that a terminal may show is a bug as well.
+// A fault or warning that is not a single printable line is a bug as well.
 void require_sound(const std::vector<Fault>& faults) {
   for (const Fault& fault : faults) {
     const std::string text = fault.text();

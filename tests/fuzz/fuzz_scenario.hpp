@@ -9,11 +9,11 @@ namespace grapnel::fuzz {
 
 enum class Outcome {
   refused,    // by the reader, with faults
-  no_system,  // accepted, but the bodies make no model
+  no_system,  // accepted, but the bodies yield no model
   built       // accepted, and the system of the capture was built
 };
 
-/// Reads the input (its parts are described in fuzz_scenario.cpp) and builds what it describes.
+/// Reads the input (its parts are described in fuzz_scenario.cpp) and builds the system that it describes.
 /// @throws anything that is neither an expected refusal nor success: a bug.
 Outcome try_input(std::string_view bytes);
 

@@ -1,4 +1,4 @@
-// What libFuzzer calls for every input. An exception that leaves it ends the process, which is how a bug shows.
+// libFuzzer calls this function for every input. An uncaught exception ends the process, which reports a bug.
 
 #include <cstddef>
 #include <cstdint>

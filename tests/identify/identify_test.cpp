@@ -110,7 +110,7 @@ TEST(Identification, IsExactOnRandomRobots) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 4, options.most_bodies = 9;
+    options.min_bodies = 4, options.max_bodies = 9;
     options.rotors = options.fixed_joints = false;
     options.spherical_joints = i % 2 == 0, options.prismatic_joints = i % 3 == 0;
     const Model model = random_model(options, random);
@@ -240,7 +240,7 @@ TEST(Identification, RestDeterminesNothing) {
 
 // Bodies locked together tumble as one. Known momentum determines all parameters; unknown momentum leaves the total
 // mass and the scale of the total inertia undetermined: (16.9).
-TEST(Identification, LockedJointsWithUnknownMomentumGiveRatiosOnly) {
+TEST(Identification, LockedJointsWithUnknownMomentumYieldRatiosOnly) {
   const Model model = robot();
   Random random(2);
   const std::vector<MotionSample> samples = samples_of(model, kTotal, random, {.joints_move = false});
@@ -305,7 +305,7 @@ TEST(Identification, ReportsImpossibleParameters) {
 // --- Noise ---
 
 struct Statistics {
-  double worst_bias = 0, least_ratio = INFINITY, largest_ratio = 0, residual = 0;
+  double worst_bias = 0, min_ratio = INFINITY, largest_ratio = 0, residual = 0;
 };
 
 // Over many draws: means in standard errors, and spreads relative to the prediction.
@@ -332,7 +332,7 @@ Statistics draw(const Model& model, const std::vector<MotionSample>& samples, co
   for (int i = 0; i < kInertialParameters; ++i) {
     const double mean = sum[i] / draws, spread = std::sqrt(squares[i] / draws - mean * mean);
     all.worst_bias = std::max(all.worst_bias, std::abs(mean) / (spread / std::sqrt(draws)));
-    all.least_ratio = std::min(all.least_ratio, spread / predicted[i]);
+    all.min_ratio = std::min(all.min_ratio, spread / predicted[i]);
     all.largest_ratio = std::max(all.largest_ratio, spread / predicted[i]);
   }
   return all;
@@ -351,7 +351,7 @@ TEST(Identification, ErrorsMatchTheDeviations) {
     const Statistics found = draw(model, samples, noise, momentum, base, 200);
     // 200 draws: spreads are accurate to 5 %; means of ten parameters.
     EXPECT_LT(found.worst_bias, 4);
-    EXPECT_GT(found.least_ratio, 0.82);
+    EXPECT_GT(found.min_ratio, 0.82);
     EXPECT_LT(found.largest_ratio, 1.18);
     EXPECT_NEAR(found.residual, 1, 0.02);
   }

@@ -1,4 +1,4 @@
-/// Restitution at grasps that hold both ways: u+ = -E u-.
+/// Restitution at bilateral grasps: u+ = -E u-.
 
 #include "grapnel/impact/bilateral_restitution.hpp"
 
@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace bilateral_restitution_test {
 
-// Coefficients for every row: one number, or any.
+// Coefficients of all rows: equal to `all`, or random if `all` is negative.
 std::vector<std::vector<double>> coefficients(const ImpactCase& c, Random& random, double all = -1) {
   std::vector<std::vector<double>> E;
   for (const Grasp& g : c.grasps) {
@@ -23,7 +23,7 @@ std::vector<std::vector<double>> coefficients(const ImpactCase& c, Random& rando
   return E;
 }
 
-// Equal coefficients are always consistent, redundant rows or not; different ones where nothing is redundant.
+// Equal coefficients are always consistent. Different coefficients are consistent if no row is redundant.
 TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
   Worst law("|u+ + E u-| over |u-|"), energy("energy identity over T-");
   int redundant = 0;
@@ -46,8 +46,9 @@ TEST(BilateralRestitution, ReboundAndEnergyIdentity) {
     }
     const Eigen::VectorXd thrown = e.cwiseProduct(u);
     EXPECT_LT(law.note((J * eigen(b.solution.velocity) + thrown).norm() / u.norm(), i), 1e-10);  // measured 5.3e-14
-    // (u + E u)^T W^+ (u - E u) / 2 with W = K K^T, K = J L^-T, M = L L^T. Of K, whose condition is the root of that of
-    // W: rows that nearly follow from others (condition 2e6 of W) lost three digits more by W itself.
+    // (u + E u)^T W^+ (u - E u) / 2 with W = K K^T, K = J L^-T, M = L L^T. The pseudo-inverse is computed from K, whose
+    // condition number is the square root of that of W. With W itself, nearly dependent rows (condition number 2e6 of
+    // W) lose three more digits.
     const Eigen::MatrixXd K = M.llt().matrixL().solve(J.transpose()).transpose();
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> pseudo_inverse;
     pseudo_inverse.setThreshold(1e-9);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Two free bodies about to touch, far from the world's origin and moving along, and sums to check any compliant impact
-/// by.
+/// Two free bodies before contact, far from the world's origin and with a common velocity, and sums that check any
+/// compliant impact.
 
 #include <cmath>
 
@@ -21,7 +21,7 @@ inline BodyDescription free_body(const std::string& name, double mass, const Sym
   return b;
 }
 
-/// Body 0 meets body 1 centrally, at `speed` along a direction that is no axis; neither turns.
+/// Central impact of body 0 on body 1 at `speed`, in a direction that is not a coordinate axis, without rotation.
 struct CentralPair {
   static constexpr double m0 = 7, m1 = 4, speed = 0.3, m_eff = m0 * m1 / (m0 + m1);
   Model model;
@@ -46,7 +46,7 @@ inline CentralPair central_pair() {
   return c;
 }
 
-/// Change of total momentum over its scale (sums that cannot vanish), about the centre of mass at the start.
+/// Change of total momentum about the initial centre of mass, relative to the sum of the magnitudes of all bodies.
 inline double momentum_error(const Model& model, const State& before, const State& after) {
   const Kinematics k0 = forward_kinematics(model, before), k1 = forward_kinematics(model, after);
   const Vector3d com = center_of_mass(model, k0);
@@ -59,7 +59,7 @@ inline double momentum_error(const Model& model, const State& before, const Stat
   return std::max(norm(change.linear) / linear, norm(change.angular) / angular);
 }
 
-/// Trapezoidal sum of a history.
+/// Integral of a history by the trapezoidal rule.
 inline Vector3d integral(const std::vector<double>& times, const std::vector<Vector3d>& values) {
   Vector3d sum = Vector3d::zero();
   for (std::size_t i = 1; i < times.size(); ++i) {
@@ -68,7 +68,7 @@ inline Vector3d integral(const std::vector<double>& times, const std::vector<Vec
   return sum;
 }
 
-/// Velocity of robot against target at a contact point, in W, `robot` and `target` being bodies.
+/// Velocity of body `robot` relative to body `target` at a contact point, in W.
 inline Vector3d relative_velocity(const Model& model, const State& state, int robot, int target, const Vector3d& p_W) {
   const Kinematics k = forward_kinematics(model, state);
   return shift(k.V_WB[robot], p_W - k.X_WB[robot].p).linear - shift(k.V_WB[target], p_W - k.X_WB[target].p).linear;

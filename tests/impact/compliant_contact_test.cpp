@@ -1,4 +1,4 @@
-// Contacts of robots and of several bodies: the rigid limit, friction, second touches, and what is refused.
+// Contacts of robots and of several bodies: the rigid limit, friction, repeated contacts, rejected arguments.
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
@@ -60,27 +60,27 @@ Vector3d slide(CentralPair& c, double speed) {
   return t;
 }
 
-// Two bodies that slip all the time: tangential impulse mu P_n against the slip, at the speed that it is regularized
-// by.
-TEST(CompliantContacts, SlidingFrictionGivesMuTimesTheNormalImpulse) {
+// Two bodies in continuous slip: the tangential impulse is mu P_n against the slip, up to the regularization of
+// friction.
+TEST(CompliantContacts, SlidingFrictionImpulseIsMuTimesTheNormalImpulse) {
   CentralPair c = central_pair();
   const Vector3d n = c.contact.n_W, t = slide(c, 1.0);
   c.contact.friction = 0.2;
-  c.contact.stiffness = 1e9;  // short: the normal barely turns
+  c.contact.stiffness = 1e9;  // short impact: the normal barely rotates
   const CompliantOutcome o = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {});
   ASSERT_EQ(o.status, Status::separated) << o.message;
   const Vector3d P = o.contacts[0].impulse.linear;
   const double P_n = dot(P, n), P_t = dot(P, t);
-  ASSERT_GT(dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t), 0.1);  // it never stopped
+  ASSERT_GT(dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t), 0.1);  // the slip never stops
   std::printf("[ measured ] -P_t / (mu P_n) - 1 = %.3g\n", -P_t / (0.2 * P_n) - 1);
-  EXPECT_NEAR(-P_t / (0.2 * P_n), 1, 2e-4);  // measured -4.2e-5: the normal turns a little
+  EXPECT_NEAR(-P_t / (0.2 * P_n), 1, 2e-4);  // measured -4.2e-5: the normal rotates slightly
   EXPECT_LT(momentum_error(c.model, c.state, o.after), 1e-13);
   EXPECT_LT(o.energy_residual, 1e-8);
   EXPECT_GT(o.contacts[0].energy_lost, 0);
   for (const Vector3d& f : o.contacts[0].force) EXPECT_LE(norm(f - dot(f, n) * n), 0.2 * dot(f, n) * (1 + 1e-3) + 1e-3);
 }
 
-// With much friction the slip dies: what is left creeps at the slip speed's order.
+// Strong friction stops the slip: the remaining velocity is of the order of the slip speed.
 TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
   CentralPair c = central_pair();
   const Vector3d t = slide(c, 0.1);
@@ -92,7 +92,7 @@ TEST(CompliantContacts, StrongFrictionStopsTheSlip) {
   EXPECT_LT(o.energy_residual, 1e-8);
 }
 
-// A slip speed that is tiny against the bodies' speeds: what rounding does to derivatives must not decide on the steps.
+// A slip speed far below the bodies' speeds: rounding errors of derivatives must not determine the step size.
 TEST(CompliantContacts, TinySlipSpeedsOnSoftSprings) {
   CentralPair c = central_pair();
   const Vector3d t = slide(c, 0.1);
@@ -108,12 +108,12 @@ TEST(CompliantContacts, TinySlipSpeedsOnSoftSprings) {
     slip[i] = dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), t);
     impulse[i] = dot(o.contacts[0].impulse.linear, t);
   }
-  // They creep by the order of the slip speed.
+  // The remaining velocity is of the order of the slip speed.
   EXPECT_NEAR(slip[0], slip[1], 1e-5);        // measured 1.1e-6
   EXPECT_NEAR(impulse[0], impulse[1], 1e-5);  // measured 8.1e-7
 }
 
-// Three balls on a line; springs that only push, integrated here by Runge and Kutta's method in tiny steps.
+// Three balls on a line with unilateral springs, integrated here by the Runge-Kutta method with very small steps.
 struct Line {
   std::array<double, 3> m;
   std::array<double, 2> k;
@@ -156,7 +156,7 @@ void expect_line(std::array<double, 3> masses, std::array<double, 2> stiffness, 
   State state = zero_state(model);
   for (int i = 0; i < 3; ++i) set_root_pose(model, i, {Rotationd::identity(), {4.0 + 0.2 * i, -7, 1}}, state);
   set_root_twist(model, 0, {Vector3d::zero(), {0.5, 0, 0}}, state);
-  // The second contact is at rest until the first one's force has moved the middle.
+  // The second contact is at rest until the force of the first one moves the middle ball.
   std::array<CompliantContact, 2> contacts;
   for (int i = 0; i < 2; ++i) {
     contacts[i] = {i, i + 1, {4.1 + 0.2 * i, -7, 1}, {-1, 0, 0}};
@@ -178,7 +178,7 @@ void expect_line(std::array<double, 3> masses, std::array<double, 2> stiffness, 
 TEST(CompliantContacts, RestingContactIsPushedTogether) { expect_line({1, 1, 1}, {1e5, 1e5}, 1); }
 TEST(CompliantContacts, LightBodyBetweenHeavyOnesTouchesRepeatedly) { expect_line({5, 0.5, 4}, {1e6, 1e4}, 4); }
 
-// Two bodies on rails, driven into each other: the drives do the work, f = k v t.
+// Two bodies move towards each other at held velocities: the drives do the work, f = k v t.
 TEST(CompliantContacts, HeldBodiesFollowDrives) {
   const CentralPair c = central_pair();
   const int held[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
@@ -188,10 +188,10 @@ TEST(CompliantContacts, HeldBodiesFollowDrives) {
   const double k = c.contact.stiffness, d = CentralPair::speed * 1e-3;
   EXPECT_NEAR(o.contacts[0].peak_force, k * d, 1e-9 * k * d);  // measured 2e-13
   EXPECT_NEAR(norm(o.contacts[0].impulse.linear), 0.5 * k * d * 1e-3,
-              1e-8 * k * d * 1e-3);  // measured 2.3e-10, as the work
+              1e-8 * k * d * 1e-3);  // measured 2.3e-10, equal for the work
   EXPECT_NEAR(o.held_work, 0.5 * k * d * d, 1e-8 * k * d * d);
   EXPECT_LT(o.energy_residual, 1e-11);
-  // What holds them passes the impulse on to the outside: in their axes, which are W's.
+  // The held velocities transmit the impulse to the environment, in the bodies' axes, which are parallel to W's.
   const Vector3d P{o.held_impulses[3], o.held_impulses[4], o.held_impulses[5]};
   EXPECT_LT(norm(P + o.contacts[0].impulse.linear), 1e-8 * norm(P));
   std::printf("[ measured ] held: impulse %.3g, work %.3g, energy %.3g\n",
@@ -199,7 +199,7 @@ TEST(CompliantContacts, HeldBodiesFollowDrives) {
               o.energy_residual);
 }
 
-// A plate meets a body at two points, mirror images.
+// A plate touches a body at two symmetric points.
 TEST(CompliantContacts, SymmetricContactsShareEqually) {
   CentralPair c = central_pair();
   Vector3d t = cross(c.contact.n_W, Vector3d{0, 0, 1});
@@ -215,7 +215,7 @@ TEST(CompliantContacts, SymmetricContactsShareEqually) {
   EXPECT_NEAR(o.duration, one.duration, 1e-8 * one.duration);
 }
 
-// Stiffer than any steel: deformations of nanometres, five metres from the origin.
+// Very high stiffness: deformations of nanometres, five metres from the origin.
 TEST(CompliantContacts, DeformationsResolvedAtLargePositions) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e15;
@@ -252,13 +252,13 @@ TEST(CompliantContacts, TimeAndStepLimits) {
   EXPECT_EQ(late.duration, 0.005);
   EXPECT_GT(late.elastic_energy_after, 0);
   EXPECT_LT(late.energy_residual, 1e-8);
-  const CompliantOutcome tired = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.most_steps = 20});
+  const CompliantOutcome tired = compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {.max_steps = 20});
   EXPECT_EQ(tired.status, Status::failed);
   EXPECT_NE(tired.message.find("the maximum number of steps, 20,"), std::string::npos) << tired.message;
   EXPECT_EQ(tired.times.back(), tired.duration);
 }
 
-// Stiffnesses beyond the range of doubles: the integrator fails with time and reason.
+// Stiffnesses beyond the range of doubles: the integrator fails and reports time and reason.
 TEST(CompliantContacts, OverflowFailsWithMessage) {
   CentralPair c = central_pair();
   c.contact.stiffness = 1e300;

@@ -1,5 +1,5 @@
-// Against SUNDIALS CVODE (BDF of variable order), which integrates the same equations in its own way: what contacts and
-// grasps pass on, when contacts part, and forces over time.
+// Comparison with SUNDIALS CVODE (variable-order BDF), an independent integration of the same equations: impulses of
+// contacts and grasps, separation times, and forces over time.
 #include <cvode/cvode.h>
 #include <gtest/gtest.h>
 #include <nvector/nvector_serial.h>
@@ -28,7 +28,7 @@ struct Free {
 
 std::span<double> numbers(N_Vector v) { return {NV_DATA_S(v), static_cast<std::size_t>(NV_LENGTH_S(v))}; }
 
-// CVODE over a CompliantSystem whose phases it changes at its own events.
+// CVODE integration of a CompliantSystem. Events that CVODE locates change the contact phases.
 class Reference {
  public:
   Reference(CompliantSystem& system, std::vector<double> tolerances) : system_(system) {
@@ -52,7 +52,7 @@ class Reference {
     }
   }
 
-  // As far as t, through all events before; phases are those after them.
+  // Integrates to `until` through all earlier events. The phases afterwards are those after the last event.
   void advance(double until) {
     while (t_ < until) {
       EXPECT_EQ(CVodeSetStopTime(cvode_.get(), until), CV_SUCCESS);
@@ -143,7 +143,7 @@ void compare(const Model& model, const State& state, std::span<const CompliantCo
     const ForceHistory& h = history(i);
     const double* const P = &y[system.impulse_offset(i)];
     d.impulse.note(norm(Vector3d{P[3], P[4], P[5]} - h.impulse.linear) / norm(h.impulse.linear), index);
-    // A relaxing contact's spring is counted when nothing presses any more.
+    // The residual spring energy of a relaxing contact counts as lost only after all contacts separate.
     const bool dented = i < system.contact_count() && contacts[i].model == ContactForceModel::kelvin_voigt;
     if (!dented && lost > 0) d.lost.note(std::abs(y[system.loss_offset(i)] - h.energy_lost) / lost, index);
   }
@@ -162,7 +162,7 @@ void compare(const Model& model, const State& state, std::span<const CompliantCo
 void expect_close(const Differences& d) {
   EXPECT_LT(d.impulse.value(), 2e-9);   // measured 2.1e-10
   EXPECT_LT(d.lost.value(), 2e-8);      // measured 2.3e-9
-  EXPECT_LT(d.force.value(), 1e-7);     // measured 1.5e-8, with friction that changes sides; without 5.2e-10
+  EXPECT_LT(d.force.value(), 1e-7);     // measured 1.5e-8, with reversals of friction; 5.2e-10 without
   EXPECT_LT(d.velocity.value(), 2e-9);  // measured 1.8e-10
   EXPECT_LT(d.part.value(), 1e-9);      // measured 9.8e-11
 }

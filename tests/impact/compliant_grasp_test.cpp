@@ -1,4 +1,4 @@
-// Grasps that yield: against the plastic impact they become as they stiffen.
+// Compliant grasps: convergence to the plastic impact with increasing stiffness.
 #include <gtest/gtest.h>
 
 #include "impact/compliant_case.hpp"
@@ -13,13 +13,14 @@ namespace compliant_grasp_test {
 using Status = CompliantOutcome::Status;
 
 std::vector<CompliantGrasp> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
-  const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets are of some 10 kg
+  const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets have about 10 kg
   std::vector<CompliantGrasp> springs;
   for (const Grasp& g : grasps) springs.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
   return springs;
 }
 
-// Both arms of the thesis robot on one target, 1 m apart on its sides; it turns and moves against them, in the plane.
+// Both arms of the thesis robot grasp one target at points 1 m apart. The target rotates and moves relative to them, in
+// the plane.
 ImpactCase shared_target(GraspModel model) {
   ModelBuilder builder;
   for (const BodyDescription& b : thesis_robot()) builder.add(b);
@@ -45,7 +46,7 @@ ImpactCase shared_target(GraspModel model) {
   return c;
 }
 
-// Velocities after, against those of the plastic impact, over the largest change.
+// Deviation of the velocities from those of the plastic impact, relative to the largest change.
 double velocity_error(const CompliantOutcome& o, const State& before, const ImpactSolution& rigid) {
   double error = 0, change = 0;
   for (std::size_t i = 0; i < before.v.size(); ++i) {
@@ -61,7 +62,7 @@ void expect_balanced(const Model& model, const State& state, const CompliantOutc
   EXPECT_LT(momentum.note(momentum_error(model, state, o.after), where), 1e-12);  // measured 6e-16
 }
 
-// The springs act for a time proportional to k^(-1/2), and so is the motion during the impact.
+// The duration of the impact, and the motion during it, are proportional to k^(-1/2).
 void expect_convergence(const Model& model, const State& state, const std::vector<Grasp>& grasps, bool unique,
                         double settled) {
   const ImpactSolution rigid = plastic_impact(model, state, grasps);
@@ -113,7 +114,7 @@ TEST(CompliantGrasps, ConvergeToPlasticOnSharedTarget) {
   }
 }
 
-// All grasps, joints, roots, in three dimensions; lightly damped and over too short a time for any rest.
+// All kinds of grasps, joints and roots in three dimensions, with light damping and a duration too short to settle.
 TEST(CompliantGrasps, MomentumAndEnergyOfRandomRobots) {
   Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
   int free_roots = 0;
@@ -144,10 +145,10 @@ TEST(CompliantGrasps, MomentumAndEnergyOfRandomRobots) {
       EXPECT_GT(h.energy_lost, 0);
     }
   }
-  EXPECT_GT(free_roots, cases / 2);  // every fifth robot stands on the ground
+  EXPECT_GT(free_roots, cases / 2);  // every fifth robot has a fixed root
 }
 
-TEST(CompliantGrasps, HeldJointsKeepTheirRates) {
+TEST(CompliantGrasps, HeldJointsMaintainTheirRates) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   std::vector<int> held;
   std::vector<HeldRate> rates;
@@ -179,8 +180,8 @@ TEST(CompliantGrasps, HeldJointsKeepTheirRates) {
   EXPECT_LT(last, 5e-3);  // measured 1.2e-3
 }
 
-// A base that is held takes momentum from outside and turns on as it did.
-TEST(CompliantGrasps, HeldBaseKeepsMotion) {
+// A held base transmits momentum to the environment and continues to rotate at its rate.
+TEST(CompliantGrasps, HeldBaseMaintainsMotion) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const int base = r.model.body_index("base");
   set_root_twist(r.model, base, {{0.1, -0.2, 0.3}, {0.02, 0.01, -0.03}}, r.state);
@@ -191,7 +192,7 @@ TEST(CompliantGrasps, HeldBaseKeepsMotion) {
   for (int v : held) EXPECT_EQ(o.after.v[v], r.state.v[v]);
   EXPECT_LT(o.energy_residual, 1e-8);
   EXPECT_GT(momentum_error(r.model, r.state, o.after), 1e-3);
-  // v in B stays: B's origin runs on a helix, which a fine Euler step of the pose shows.
+  // The velocity in B is constant: B's origin moves on a helix.
   const Twistd V = root_twist(r.model, r.state, base);
   const Posed X0 = root_pose(r.model, r.state, base), X1 = root_pose(r.model, o.after, base);
   const double turn = norm(V.angular) * o.duration;
@@ -200,8 +201,8 @@ TEST(CompliantGrasps, HeldBaseKeepsMotion) {
   EXPECT_LT(std::abs(dot(axis, X1.p - X0.p) - dot(axis, V.linear) * o.duration), 1e-10);
 }
 
-// One arm meets its target without any relative motion and feels only what the other arm's grasp does to the base:
-// errors there cannot be judged by a motion of the size of rounding.
+// One arm has no relative motion at its grasp; only the other grasp's effect on the base loads it. The error scale must
+// not be the relative motion, which is of the order of rounding.
 TEST(CompliantGrasps, MatchedGraspIsMovedByOthers) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const Grasp& g = r.grasps[0];
@@ -228,7 +229,7 @@ TEST(CompliantGrasps, UndampedGraspsNeverRest) {
   EXPECT_LT(o.energy_residual, 1e-8);
 }
 
-// At a spring constant so low that a grasp turns through, which springs do not know.
+// At a very low stiffness a grasp rotates by half a turn, beyond the range of the springs' law.
 TEST(CompliantGrasps, HalfTurnFailsWithMessage) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   std::vector<CompliantGrasp> grasps = yielding(r.grasps, 1e-3, 0);

@@ -16,7 +16,7 @@ CompliantOutcome run(const CentralPair& c, const CompliantSetup& setup = {}) {
   return compliant_impact(c.model, c.state, {&c.contact, 1}, {}, setup);
 }
 
-// Speed at which they part over that at which they met.
+// Separation speed relative to the approach speed.
 double rebound(const CentralPair& c, const CompliantOutcome& o) {
   return dot(relative_velocity(c.model, o.after, 0, 1, c.contact.p_WC), c.contact.n_W) / CentralPair::speed;
 }
@@ -27,7 +27,7 @@ double off(const char* what, double value, double exact) {
   return error;
 }
 
-// Whatever the law: momentum, energy, and the impulse as the integral of the force and as the change of momentum.
+// Checks for every contact law: momentum, energy, and the impulse as integral of the force and as change of momentum.
 void expect_balanced(const CentralPair& c, const CompliantOutcome& o) {
   ASSERT_EQ(o.status, Status::separated) << o.message;
   const ForceHistory& h = o.contacts[0];
@@ -88,8 +88,8 @@ TEST(CompliantImpact, HertzInClosedForm) {
   EXPECT_LT(off("rebound", rebound(c, o), 1), 4e-9);                       // measured 3.0e-10
 }
 
-// m d'' + c d' + k d = 0 until the force k d + c d' reaches zero, still dented: with z = c / (2 sqrt(k m)), w =
-// sqrt(k/m), at sqrt(1 - z^2) w t = pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2), when d' is -v exp(-z w t).
+// m d'' + c d' + k d = 0 until the force k d + c d' reaches zero at nonzero deformation: with z = c / (2 sqrt(k m)), w
+// = sqrt(k/m), at sqrt(1 - z^2) w t = pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2), when d' is -v exp(-z w t).
 TEST(CompliantImpact, KelvinVoigtsRestitutionInClosedForm) {
   for (double z : {0.05, 0.3, 0.7, 0.95}) {
     SCOPED_TRACE(z);
@@ -104,7 +104,7 @@ TEST(CompliantImpact, KelvinVoigtsRestitutionInClosedForm) {
     EXPECT_LT(off("duration", o.duration, t), 1e-9);                             // measured 4.9e-11
     EXPECT_LT(off("rebound", rebound(c, o), e), 4e-9);                           // measured 2.2e-10
     EXPECT_LT(off("lost", h.energy_lost, 0.5 * m * v * v * (1 - e * e)), 1e-8);  // measured 7.3e-10
-    // The damper acts immediately: from z = 1/2 on the force is maximal then.
+    // The damper acts immediately: for z >= 1/2 the initial force is the maximum.
     const double peak = z > 0.5 ? 0 : std::atan2(s * (1 - 4 * z * z), z * (3 - 4 * z * z)) / (s * w);
     const double force =
         std::exp(-z * w * peak) * (2 * z * std::cos(s * w * peak) + (1 - 2 * z * z) / s * std::sin(s * w * peak));
@@ -127,7 +127,7 @@ TEST(CompliantImpact, HuntAndCrossleysRestitutionInClosedForm) {
       const CompliantOutcome o = run(c);
       expect_balanced(c, o);
       const double v = CentralPair::speed, whole = a * v - std::log1p(a * v);
-      double low = 0, high = std::min(1.0, 1 / (a * v));  // of e, by bisection
+      double low = 0, high = std::min(1.0, 1 / (a * v));  // bisection for e
       for (int i = 0; i < 100; ++i) {
         const double e = 0.5 * (low + high);
         (-a * e * v - std::log1p(-a * e * v) < whole ? low : high) = e;

@@ -14,12 +14,12 @@ namespace compliant_packs_test {
 
 using lanes::InstructionSet;
 
-// Efforts that depend on all there is.
+// Efforts that depend on time, state and wrenches.
 class Pulling : public ImpactDrive {
  public:
   explicit Pulling(const Model& model) : model_(model) {}
   double next_break(double) const override { return std::numeric_limits<double>::infinity(); }
-  void begin_piece(double, const State&, std::span<const ExternalWrench>) override {}
+  void begin_segment(double, const State&, std::span<const ExternalWrench>) override {}
   void efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
                std::span<double> effort) override {
     for (const int body : model_.joints()) {
@@ -32,8 +32,8 @@ class Pulling : public ImpactDrive {
   const Model& model_;
 };
 
-// Random robots whose grasps on targets yield in all ways, sprung joints and held ones among them, or that meet them at
-// contacts of all laws.
+// Random robots with compliant grasps of all kinds or contacts of all laws on targets. Some joints have springs, some
+// are held.
 struct YieldingCase {
   Model model;
   State state;
@@ -112,7 +112,7 @@ Found found_at(const YieldingCase& c, std::optional<InstructionSet> set, int cou
   std::vector<InterfaceLoad> loads(n * static_cast<std::size_t>(system.interfaces()));
   system.rates(t, y, found.rates, loads);
   system.sample(t, y, found.sampled);
-  // The same interfaces either way.
+  // rates() and sample() give equal loads at the interfaces.
   EXPECT_EQ(std::memcmp(loads.data(), found.sampled.loads.data(), loads.size() * sizeof(InterfaceLoad)), 0);
   return found;
 }
@@ -138,7 +138,7 @@ bool same_bits(const Found& a, const Found& b) {
   return true;
 }
 
-// Over the largest number of a kind.
+// Largest difference, relative to the largest magnitude of each kind of value.
 double difference(const Found& a, const Found& b) {
   const auto x = all_of(a), y = all_of(b);
   double worst = 0;
@@ -163,7 +163,7 @@ TEST(CompliantPacks, SameBitsAtEveryWidth) {
     const YieldingCase c = yielding_case(i);
     const Found one = found_at(c, InstructionSet::one_lane, kPoints);
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
-      if (set == InstructionSet::sse2) continue;  // rounds products first
+      if (set == InstructionSet::sse2) continue;  // no fused multiply-add
       EXPECT_TRUE(same_bits(found_at(c, set, kPoints), one)) << lanes::name(set);
     }
   }
@@ -259,7 +259,7 @@ TEST(CompliantPacks, WholeImpactsHaveTheSameBitsAtEveryWidth) {
   EXPECT_LT(energy.value(), 1e-9);     // measured 7.7e-12
 }
 
-// Joints that move by modes are projected for doubles alone.
+// Only the evaluation in doubles projects modal joints.
 TEST(CompliantPacks, ModesUseDoubles) {
   const YieldingCase c = yielding_case(0);
   const InstructionSet set = InstructionSet::one_lane;
@@ -267,14 +267,14 @@ TEST(CompliantPacks, ModesUseDoubles) {
   ModelBuilder builder;
   builder.add(free_body("base", 10, Symmetric3d::diagonal(1, 1, 1)));
   for (const char* name : {"first", "second"}) {
-    BodyDescription piece = free_body(name, 1, Symmetric3d::diagonal(0.1, 0.1, 0.1));
-    piece.parent = std::string(name) == "first" ? "base" : "first";
-    piece.joint.type = JointType::revolute;
-    piece.joint.axis = {0, 0, 1};
-    piece.X_PF.p = {0.5, 0, 0};
-    piece.joint.spring = JointSpring{100, 1, 0, 0};
-    piece.joint.modal = ModalJoint{"bending", {1}};
-    builder.add(piece);
+    BodyDescription segment = free_body(name, 1, Symmetric3d::diagonal(0.1, 0.1, 0.1));
+    segment.parent = std::string(name) == "first" ? "base" : "first";
+    segment.joint.type = JointType::revolute;
+    segment.joint.axis = {0, 0, 1};
+    segment.X_PF.p = {0.5, 0, 0};
+    segment.joint.spring = JointSpring{100, 1, 0, 0};
+    segment.joint.modal = ModalJoint{"bending", {1}};
+    builder.add(segment);
   }
   builder.add(free_body("target", 5, Symmetric3d::diagonal(0.5, 0.5, 0.5)));
   const Model model = builder.build();

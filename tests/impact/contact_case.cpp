@@ -16,8 +16,8 @@ double relative_normal_velocity(const ContactCase& c, const ContactPoint& at) {
 ContactCase random_contacts(int index, int contacts) {
   Random random(index);
   RobotOptions options;
-  options.least_bodies = 1 + index % 4;
-  options.most_bodies = 8;
+  options.min_bodies = 1 + index % 4;
+  options.max_bodies = 8;
   options.spherical_joints = index % 5 == 1;
   options.targets = random.integer(1, 3);
   ContactCase c{random_model(options, random), {}, {}};

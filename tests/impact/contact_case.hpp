@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Systems with contacts for the tests of contact_impact(): random robots that touch random targets, and free bodies
-/// put together by hand.
+/// Systems with contacts for the tests of contact_impact(): random robots in contact with random targets, and free
+/// bodies from given data.
 
 #include <string>
 #include <vector>
@@ -26,8 +26,8 @@ struct ContactCase {
 inline constexpr RestitutionHypothesis kHypotheses[] = {RestitutionHypothesis::newton, RestitutionHypothesis::poisson,
                                                         RestitutionHypothesis::stronge};
 
-/// Case `index`: a free-floating branched robot and one to three targets with `contacts` points (0: one to three) of
-/// any restitution (0 and 1 among them) and friction (0 among it); the first approaches.
+/// Case `index`: a free-floating branched robot and one to three targets with `contacts` points (0: one to three).
+/// Restitution is between 0 and 1 inclusive, friction may be 0. The first contact approaches.
 ContactCase random_contacts(int index, int contacts = 0);
 
 /// A free rigid body, or with `mass` zero a fixed one.
@@ -38,10 +38,10 @@ struct Lump {
   Vector3d position;
   Twistd V_WB{Vector3d::zero(), Vector3d::zero()};
 };
-/// Bodies by themselves, indices in the order given.
+/// A system of separate bodies, with indices in the given order.
 ContactCase lumps(const std::vector<Lump>& bodies);
 
-/// The laws that Stronge's hypothesis keeps, on every `stride`-th random case from `begin` on, below `end`.
+/// Checks the laws that Stronge's hypothesis satisfies, on every `stride`-th random case in [begin, end).
 void check_stronge(int begin, int end, int stride);
 
 double kinetic_energy_of(const ContactCase& c, const std::vector<double>& velocity);

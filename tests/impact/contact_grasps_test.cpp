@@ -1,4 +1,4 @@
-/// Contacts while grasps hold and rates are held.
+/// Contacts with closed grasps and held rates.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace grapnel::testing {
 namespace contact_grasps_test {
 
-// Two bodies that a rigid grasp holds together take a blow as the one body they are.
+// Two bodies connected by a rigid grasp respond to an impact like one composite body.
 TEST(ContactGrasps, ClosedGraspFormsCompositeBody) {
   for (RestitutionHypothesis h : kHypotheses) {
     const Lump striker{"striker", 1.5, {0.2, 0.3, 0.1}, {0.4, 0.1, 0.6}, {{0.3, -0.2, 0.1}, {0.2, 0.1, -1}}};
@@ -18,7 +18,7 @@ TEST(ContactGrasps, ClosedGraspFormsCompositeBody) {
     two.contacts = {{0, 2, {0.3, 0.2, 0}, {0, 0, 1}, 0.5, 0.3, 1}};
     const Grasp grasp{1, 2, GraspModel::rigid, {0, 0, -0.5}, {0, 0, 1}};
     const ContactImpactSolution held = contact_impact(two.model, two.state, two.contacts, h, {&grasp, 1});
-    // Parallel axes: 2 kg at 0.5 m either side along x.
+    // Parallel-axis theorem: 2 kg at 0.5 m on either side along x.
     ContactCase one = lumps({striker, {"both", 4, {0.6, 0.8 + 1, 1.0 + 1}, {0, 0, -0.5}}});
     one.contacts = {{0, 1, {0.3, 0.2, 0}, {0, 0, 1}, 0.5, 0.3, 1}};
     const ContactImpactSolution composite = one.solve(h);
@@ -28,7 +28,7 @@ TEST(ContactGrasps, ClosedGraspFormsCompositeBody) {
   }
 }
 
-// A joint's rotor of ever larger inertia becomes a rate that is held: the error falls like 1/inertia.
+// With increasing rotor inertia a joint converges to a held rate: the error is proportional to 1/inertia.
 TEST(ContactGrasps, LargeRotorBecomesAHeldRate) {
   const auto arm = [](double rotor) {
     ModelBuilder builder;

@@ -1,4 +1,4 @@
-/// What every impact of contacts must obey, on random robots and targets.
+/// Laws of every impact with contacts, on random robots and targets.
 
 #include "grapnel/impact/contact_impact.hpp"
 
@@ -15,10 +15,10 @@ namespace contact_impact_test {
 
 using Status = ContactImpactSolution::Status;
 
-// Every seventh case that contact_thousands_test.cpp solves, of the first.
-TEST(ContactImpact, StrongeDissipatesAndKeepsCone) { check_stronge(0, test::repetitions(3500), 7); }
+// Every seventh of the first cases of contact_thousands_test.cpp.
+TEST(ContactImpact, StrongeDissipatesAndSatisfiesCone) { check_stronge(0, test::repetitions(3500), 7); }
 
-// One contact: every hypothesis keeps what it says.
+// One contact: the solution satisfies each hypothesis.
 TEST(ContactImpact, OneContactObeysItsHypothesis) {
   Worst newton("newton: u_n+ + e u_n-"), poisson("poisson: P_n - (1 + e) P_c"), stronge("stronge: W_r + e^2 W_c");
   for (int i = 0; i < 300; ++i) {
@@ -43,7 +43,7 @@ TEST(ContactImpact, OneContactObeysItsHypothesis) {
   }
 }
 
-// A solid sphere on a fixed plane: it slides throughout, or leaves rolling with 2/7 of its tangential momentum removed.
+// A solid sphere on a fixed plane: it slides throughout, or rolls afterwards and loses 2/7 of its tangential momentum.
 TEST(ContactImpact, ObliqueSphereSlidesOrRolls) {
   const double m = 3, r = 0.2, e = 0.6, I = 0.4 * m * r * r, v_n = 2, v_t = 1.5;
   for (const double mu : {0.05, 0.5}) {

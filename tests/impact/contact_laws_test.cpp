@@ -11,7 +11,7 @@ namespace contact_laws_test {
 
 using Status = ContactImpactSolution::Status;
 
-// Difference of velocities over the largest change that the impact makes.
+// Difference of velocities, relative to the largest change by the impact.
 double difference(const ContactCase& c, const std::vector<double>& a, const std::vector<double>& b) {
   double most = 0, change = 1e-300;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -33,10 +33,10 @@ TEST(ContactLaws, CentralSpheres) {
   }
 }
 
-// One contact without friction: Newton's, Poisson's and Stronge's coefficients are the same; with e = 1 nothing is
-// lost.
+// One contact without friction: Newton's, Poisson's and Stronge's hypotheses give equal velocities; with e = 1 they
+// conserve energy.
 TEST(ContactLaws, WithoutFrictionHypothesesCoincide) {
-  Worst worst("hypotheses without friction"), kept("energy with e = 1, over T-");
+  Worst worst("hypotheses without friction"), conserved("energy with e = 1, over T-");
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
     ContactCase c = random_contacts(i, 1);
@@ -47,11 +47,11 @@ TEST(ContactLaws, WithoutFrictionHypothesesCoincide) {
     }
     c.contacts[0].restitution = 1;
     const ContactImpactSolution s = c.solve(RestitutionHypothesis::stronge);
-    EXPECT_LT(kept.note(std::abs(s.kinetic_energy_after / s.kinetic_energy_before - 1), i), 1e-11);
+    EXPECT_LT(conserved.note(std::abs(s.kinetic_energy_after / s.kinetic_energy_before - 1), i), 1e-11);
   }
 }
 
-// All velocities twice as large: twice the impulses. One velocity added to all that floats: nothing changes.
+// Twice the velocities give twice the impulses. A common velocity of all free bodies does not change the impulses.
 TEST(ContactLaws, ScalingAndMotionInvariance) {
   Worst scaled("velocities scaled"), moved("moved along");
   for (int i = 0; i < 200; ++i) {
@@ -78,7 +78,7 @@ TEST(ContactLaws, ScalingAndMotionInvariance) {
   }
 }
 
-// The world in a mirror, x for -x: the same impulses in the mirror.
+// The reflection x -> -x of the system gives the reflected impulses.
 TEST(ContactLaws, MirrorSymmetry) {
   Worst worst("mirrored impulse");
   int compared = 0;
@@ -108,8 +108,8 @@ TEST(ContactLaws, MirrorSymmetry) {
   EXPECT_GT(compared, 100);
 }
 
-// Three balls in a line, the first strikes: how the two contacts share depends on what rigid bodies do not tell. Two
-// pairs far apart do not feel each other.
+// Three balls in a line, the first one moving: rigid-body data do not determine the distribution between the two
+// contacts. Two separate pairs do not interact.
 TEST(ContactLaws, NonuniqueImpulsesReported) {
   const auto ball = [](const char* name, double x, double z, double v) {
     return Lump{name, 1, {0.1, 0.1, 0.1}, {x, 0, z}, {Vector3d::zero(), {0, 0, v}}};

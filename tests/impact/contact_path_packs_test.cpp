@@ -1,4 +1,4 @@
-// Paths of contacts in lanes: the same bits at every width and in any company, the numbers of doubles, whole impacts.
+// Contact paths in SIMD lanes: equal bits at every width and in any batch, agreement with doubles, whole impacts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace contact_path_packs_test {
 using lanes::InstructionSet;
 using Problems = std::vector<ContactPathProblem>;
 
-// Any hypothesis, restitution from 0 to 1 with both ends among it, friction with none among it; the first approaches.
-// Every fourth has more rows than the bodies' motions span, so that sticking is redundant.
+// Any hypothesis, restitution between 0 and 1 inclusive, friction or none; the first contact approaches. Every fourth
+// problem has more rows than the bodies have degrees of freedom, so that sticking is redundant.
 ContactPathProblem random_problem(int index, int contacts) {
   Random random(100 * index + contacts);
   const int rows = 3 * contacts, motions = index % 4 == 3 ? std::min(rows, 5) : rows + index % 3;
@@ -28,7 +28,7 @@ ContactPathProblem random_problem(int index, int contacts) {
   p.u = J * Eigen::Map<const Eigen::VectorXd>(before.data(), motions);
   if (p.u[0] > 0) p.u = -p.u;
   p.hypothesis = kHypotheses[index % 3];
-  p.rounding = 1e-16, p.most_steps = 20000;
+  p.rounding = 1e-16, p.max_steps = 20000;
   for (int i = 0; i < contacts; ++i) {
     const double restitution = random.chance(0.15) ? 0 : random.chance(0.15) ? 1 : random.uniform(0, 1);
     p.contacts.push_back({restitution, random.chance(0.15) ? 0 : random.uniform(0, 1), 1});
@@ -36,7 +36,7 @@ ContactPathProblem random_problem(int index, int contacts) {
   return p;
 }
 
-// As contact_impact() asks for them: a path, and others with other stiffness ratios and a coarser tolerance.
+// The batch that contact_impact() solves: one path, and paths with other stiffness ratios and a coarser tolerance.
 Problems orders(const ContactPathProblem& problem) {
   Problems all(2 * problem.contacts.size() + 1, problem);
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
@@ -58,7 +58,7 @@ bool same_bits(const ContactPath& a, const ContactPath& b) {
          a.steps == b.steps && a.failure == b.failure;
 }
 
-// Of one at a time.
+// Paths solved one at a time.
 std::vector<ContactPath> alone(const Problems& problems, std::optional<InstructionSet> set) {
   std::vector<ContactPath> paths;
   for (const ContactPathProblem& p : problems) paths.push_back(follow_contacts(std::span(&p, 1), set)[0]);
@@ -79,7 +79,7 @@ TEST(ContactPathPacks, SameBitsAtEveryWidth) {
     const Problems problems = orders(random_problem(i, 1 + i % 4));
     const std::vector<ContactPath> one = follow_contacts(problems, InstructionSet::one_lane);
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
-      if (set == InstructionSet::sse2) continue;  // rounds products first
+      if (set == InstructionSet::sse2) continue;  // no fused multiply-add
       expect_same(follow_contacts(problems, set), one, set);
     }
     for (const ContactPath& path : one) stepped += path.steps > 5;
@@ -96,7 +96,8 @@ TEST(ContactPathPacks, IndependentOfOtherPaths) {
   }
 }
 
-// Nor do other systems; lanes that are done take the next path, whatever the last one has left there.
+// Other systems in the batch have no effect either. A free lane takes the next path, independent of the values that the
+// last path left in it.
 TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
   for (const int contacts : {1, 3}) {
     Problems problems;
@@ -104,7 +105,7 @@ TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
       problems.push_back(random_problem(i, contacts));
       if (i % 3 == 1) problems.back().tolerance = 1e-5;
       if (i % 5 == 2) problems.back().u = -problems.back().u.cwiseAbs();
-      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // separates immediately: over before it begins
+      if (i % 7 == 4) problems.back().u = problems.back().u.cwiseAbs();  // separates immediately: no steps
     }
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
       const std::vector<ContactPath> paths = follow_contacts(problems, set);
@@ -128,12 +129,12 @@ TEST(ContactPathPacks, MorePathsThanLanesAndOfVeryDifferentLengths) {
   }
 }
 
-// Paths that end by their limit of steps, or by numbers that are not finite, do not touch those beside them.
+// Paths that fail by the step limit or by non-finite values do not affect paths in other lanes.
 TEST(ContactPathPacks, FailedPathDoesNotAffectOthers) {
   Problems problems;
   for (int i = 0; i < 12; ++i) problems.push_back(random_problem(i, 2));
   const Problems sound = problems;
-  problems[1].most_steps = 3;
+  problems[1].max_steps = 3;
   problems[6].u[4] = std::numeric_limits<double>::quiet_NaN();
   for (const InstructionSet set : lanes::supported_instruction_sets()) {
     const std::vector<ContactPath> paths = follow_contacts(problems, set), before = follow_contacts(sound, set);
@@ -150,9 +151,7 @@ TEST(ContactPathPacks, FailedPathDoesNotAffectOthers) {
   }
 }
 
-// Where a path comes near a change of friction without reaching it, what follows is no better known than that: the
-// bound is that of the worst, not of the tolerance.
-// What held rates and grasps leave no freedom along its tangents rebounds as without friction.
+// If held rates and grasps remove all freedom along the tangents, the contact rebounds as without friction.
 TEST(ContactPath, WithoutFreedomAlongItsTangents) {
   ContactPathProblem p;
   p.W = Eigen::MatrixXd::Zero(3, 3), p.W(0, 0) = 0.5;
@@ -176,7 +175,7 @@ TEST(ContactPathPacks, MatchDoubles) {
     for (const InstructionSet set : lanes::supported_instruction_sets()) {
       const ContactPath packs = follow_contacts(std::span(&problem, 1), set)[0];
       ASSERT_EQ(packs.failure, "");
-      // Redundant contacts share tangential impulses in one way of many: what the motion feels of them.
+      // The tangential impulses of redundant contacts are not unique: compare their effect on the motion.
       const Eigen::VectorXd felt = problem.W * doubles.impulse, other = problem.W * packs.impulse;
       EXPECT_GT(felt.norm(), 0);
       off.push_back(worst.note((felt - other).norm() / felt.norm(), i));
@@ -184,6 +183,7 @@ TEST(ContactPathPacks, MatchDoubles) {
   }
   std::sort(off.begin(), off.end());
   usual.note(off[off.size() * 9 / 10], 0);
+  // A path that passes close to a change of friction mode is less accurate than the tolerance.
   EXPECT_LT(worst.value(), 1e-6);   // measured 2.4e-12
   EXPECT_LT(usual.value(), 1e-10);  // measured 1.7e-14
 }
@@ -198,10 +198,10 @@ TEST(ContactPathPacks, RejectDifferentNumbersOfContacts) {
 
 ContactImpactSolution solution_with(InstructionSet set, const ContactCase& c, RestitutionHypothesis hypothesis) {
   const char* const before = std::getenv("GRAPNEL_LANES");
-  const std::string kept = before != nullptr ? before : "";
+  const std::string previous = before != nullptr ? before : "";
   setenv("GRAPNEL_LANES", std::string(lanes::name(set)).c_str(), 1);
   ContactImpactSolution solution = c.solve(hypothesis);
-  before != nullptr ? setenv("GRAPNEL_LANES", kept.c_str(), 1) : unsetenv("GRAPNEL_LANES");
+  before != nullptr ? setenv("GRAPNEL_LANES", previous.c_str(), 1) : unsetenv("GRAPNEL_LANES");
   return solution;
 }
 

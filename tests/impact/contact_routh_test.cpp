@@ -1,6 +1,6 @@
 /// One contact in the plane against Routh's construction (E. J. Routh, Dynamics of a System of Rigid Bodies, 1905; Y.
 /// Wang, M. T. Mason, Two-dimensional rigid-body collisions with friction, J. Applied Mechanics 59, 1992): the path in
-/// the plane of impulses is two straight lines. Written here from the bodies' masses alone.
+/// the plane of impulses consists of two straight lines. This implementation uses only the bodies' masses.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,11 +26,12 @@ struct PlanarResult {
   std::string kind;
 };
 
-// u_n and the normal force's work over P_n: two straight lines that meet where sliding stops.
+// u_n and the work of the normal force as functions of P_n. u_n consists of two straight lines that join where sliding
+// stops.
 struct Lines {
   double u0, n1, n2, stop;
   double velocity(double P) const { return P <= stop ? u0 + n1 * P : u0 + n1 * stop + n2 * (P - stop); }
-  // Where u_n rises to w.
+  // P_n at which u_n rises to w.
   double reaches(double w) const {
     if (n1 > 0 && (w - u0) / n1 <= stop) return (w - u0) / n1;
     return stop + (w - velocity(stop)) / n2;
@@ -41,8 +42,8 @@ struct Lines {
     if (P > stop) sum += (P - stop) * (velocity(stop) + 0.5 * n2 * (P - stop));
     return sum;
   }
-  // Where the work after greatest compression, at P_c, has come to W.
-  double gives(double W, double P_c) const {
+  // P_n at which the work since maximum compression, at P_c, reaches W.
+  double impulse_at_work(double W, double P_c) const {
     if (W <= 0) return P_c;
     if (P_c < stop) {
       const double P = P_c + std::sqrt(2 * W / n1);
@@ -69,14 +70,14 @@ PlanarResult routh(const PlanarImpact& x, RestitutionHypothesis hypothesis) {
   } else if (hypothesis == RestitutionHypothesis::poisson) {
     r.P_n = (1 + x.e) * P_c;
   } else {
-    r.P_n = lines.gives(-x.e * x.e * lines.work(P_c), P_c);
+    r.P_n = lines.impulse_at_work(-x.e * x.e * lines.work(P_c), P_c);
   }
   r.modes = {ContactMode::sliding};
   r.P_t = -x.mu * s * std::min(r.P_n, lines.stop);
   r.kind = "slides";
   if (r.P_n > lines.stop) {
     r.P_t += along * (r.P_n - lines.stop);
-    // Beyond the stop it either sticks or slides on: back, or (where c drives it) the same way again.
+    // After the stop the contact sticks, or slides again in the direction given by c.
     r.modes.push_back(sticks ? ContactMode::sticking : ContactMode::reversed);
     r.kind = std::string(sticks ? "sticks " : "reverses ") + (lines.stop < P_c ? "before" : "after");
   }
@@ -94,7 +95,7 @@ struct PlanarPair {
   PlanarBody body[2];
   double angle = 0, e = 0, mu = 0;
 
-  // What body `i` does at the origin along d = (d_x, d_z): velocity, and answer to an impulse along f.
+  // Velocity of body `i` at the origin along d = (d_x, d_z), and its change per impulse along f.
   double velocity(int i, double d_x, double d_z) const {
     const PlanarBody& p = body[i];
     // w about y: v = w x r with r = (-x, -z).
@@ -138,7 +139,7 @@ struct PlanarPair {
   }
 };
 
-// Compares, and returns the kind of path.
+// Compares the solutions and returns the kind of path.
 std::string compare(const PlanarPair& pair, RestitutionHypothesis h, Worst& worst, int index) {
   const PlanarResult expected = routh(pair.planar(), h);
   const ContactImpactSolution s = pair.spatial().solve(h);
@@ -177,7 +178,7 @@ TEST(RouthConstruction, RandomPlanarPairs) {
   }
 }
 
-// A uniform rod, 1 m and 1 kg, falls on its end at many slopes and sideways speeds.
+// A uniform rod of 1 m and 1 kg falls on its end at different slopes and horizontal speeds.
 TEST(RouthConstruction, FallingRod) {
   for (RestitutionHypothesis h : kHypotheses) {
     Worst worst("falling rod: impulse against Routh's, hypothesis " + std::to_string(static_cast<int>(h)));
@@ -203,7 +204,7 @@ TEST(RouthConstruction, FallingRod) {
 }
 
 // Newton's hypothesis with friction creates energy in some falls of the rod (T. R. Kane's puzzle of 1984 with a double
-// pendulum); Poisson's and Stronge's in none of one contact.
+// pendulum); Poisson's and Stronge's hypotheses never do so for one contact.
 TEST(RouthConstruction, NewtonsHypothesisCanCreateEnergy) {
   int created = 0;
   for (double slope : {0.2, 0.5, 0.8, 1.1, 1.4}) {

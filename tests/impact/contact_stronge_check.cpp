@@ -1,4 +1,4 @@
-/// What every impact by Stronge's hypothesis must obey, on random robots and targets.
+/// Laws of every impact by Stronge's hypothesis, on random robots and targets.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ void check_stronge(int begin, int end, int stride) {
     for (std::size_t k = 0; k < c.contacts.size(); ++k) {
       const ContactPointImpulse& p = s.contacts[k];
       ASSERT_GE(p.normal, 0);
-      // Measured 2.4e-10, of a cascade that ends after 8e4 steps; 7e-11 among the first thousand.
+      // Measured 2.4e-10, for a path that ends after 8e4 steps; 7e-11 for the first thousand cases.
       ASSERT_LE(press.note(-dot(p.velocity_after, c.contacts[k].n_W) / fastest, i), 1e-9);
       ASSERT_LE(p.friction_work, 1e-12 * before);
       work += p.normal_work + p.friction_work;

@@ -1,4 +1,4 @@
-/// Two thousand random impacts out of ten thousand, in parts that run beside each other.
+/// Two thousand of ten thousand random impacts, in parts that run in parallel.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace contact_thousands_test {
 
 class ContactThousands : public ::testing::TestWithParam<int> {};
 
-TEST_P(ContactThousands, StrongeDissipatesAndKeepsCone) { check_stronge(GetParam(), GetParam() + 2500, 5); }
+TEST_P(ContactThousands, StrongeDissipatesAndSatisfiesCone) { check_stronge(GetParam(), GetParam() + 2500, 5); }
 
 INSTANTIATE_TEST_SUITE_P(From, ContactThousands, ::testing::Range(0, 10000, 2500));
 

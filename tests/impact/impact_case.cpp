@@ -20,7 +20,7 @@ ImpactCase make(int index, RobotOptions options, bool shared) {
     for (int g = 0; g < grasps; ++g) {
       const int link = links[random.integer(0, static_cast<int>(links.size()) - 1)];
       const Vector3d p = k.X_WB[link].p + k.X_WB[link].R * random.vector(0.5);
-      // The target sits around the first of its contact points.
+      // The target is placed near the first of its contact points.
       if (g == 0) set_root_pose(c.model, t, {random.rotation(), p + random.vector(0.8)}, c.state);
       const GraspModel models[] = {GraspModel::rigid, GraspModel::hinge, GraspModel::point};
       c.grasps.push_back({link, t, models[random.integer(0, 2)], p, random.direction()});
@@ -29,8 +29,7 @@ ImpactCase make(int index, RobotOptions options, bool shared) {
   return c;
 }
 
-// The directions of the constraints, every row scaled to length one in the metric of M: independent, dependent, not
-// between.
+// True if the rows, scaled to unit length in the metric of M, are either clearly independent or clearly dependent.
 bool well_conditioned(const ImpactCase& c) {
   const Eigen::LLT<Eigen::MatrixXd> mass(mass_matrix(c.model, c.state));
   Eigen::MatrixXd Y =
@@ -48,10 +47,10 @@ bool well_conditioned(const ImpactCase& c) {
 }  // namespace
 
 ImpactCase random_impact(int index) {
-  // Near-singular configurations are left out: there the references, not the impact, lose their digits.
+  // Near-singular configurations are excluded: there the reference solutions, not the impact, lose accuracy.
   RobotOptions options;
-  options.least_bodies = index % 6 == 0 ? 1 : 8;
-  options.most_bodies = index % 2 == 0 ? 20 : 10;
+  options.min_bodies = index % 6 == 0 ? 1 : 8;
+  options.max_bodies = index % 2 == 0 ? 20 : 10;
   options.free_root = index % 5 != 4;
   options.spherical_joints = index % 4 == 1;
   options.targets = 1 + index % 3;
@@ -63,8 +62,8 @@ ImpactCase random_impact(int index) {
 
 ImpactCase random_open_impact(int index) {
   RobotOptions options;
-  options.least_bodies = 8;
-  options.most_bodies = 16;
+  options.min_bodies = 8;
+  options.max_bodies = 16;
   options.targets = 1 + index % 2;
   return make(index, options, false);
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random robots with random grasps on random targets, and what all impact identities need of them.
+/// Random robots with random grasps on random targets, and functions for tests of impact identities.
 
 #include <Eigen/Core>
 
@@ -20,8 +20,8 @@ struct ImpactCase {
   std::vector<Grasp> grasps;
 };
 
-/// Case `index`: one to three targets, each grasped by one or two bodies of the robot (a body may hold several, so
-/// loops occur), grasps of all kinds at points near the targets; in turn with a fixed root and with spherical joints.
+/// Case `index`: one to three targets, each with one or two grasps of all kinds at points near it. A robot body may
+/// hold several targets, so loops occur. Some cases have a fixed root, some have spherical joints.
 ImpactCase random_impact(int index);
 /// The same with every target grasped once and a free root.
 ImpactCase random_open_impact(int index);

@@ -1,4 +1,4 @@
-/// What an impact's checks are relative to: the trees that take part.
+/// Scales of an impact's checks: the trees that take part.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ TEST(ImpactChecks, ParticipationByTree) {
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
-    if (!c.model.has_free_root(0)) continue;  // what holds a fixed base moves nothing of its arms
+    if (!c.model.has_free_root(0)) continue;  // each arm of a fixed base takes part separately
     const Eigen::MatrixXd J = grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps);
     const Eigen::VectorXd part = taking_part(c.model, J);
     for (const Body& body : c.model.bodies()) {
@@ -27,7 +27,7 @@ TEST(ImpactChecks, ParticipationByTree) {
   }
 }
 
-// Two bodies of 2 kg that meet, one of 1e12 kg that passes by: an error of the two is theirs.
+// Two bodies of 2 kg collide, a body of 1e12 kg does not take part: errors are relative to the two bodies.
 TEST(ImpactChecks, RelativeToParticipatingBodies) {
   const Eigen::Vector3d mass{2, 2, 1e12}, part{1, 1, 0}, before{3, -1, 7}, right{1, 1, 7};
   const Eigen::MatrixXd M = mass.asDiagonal();
@@ -38,12 +38,12 @@ TEST(ImpactChecks, RelativeToParticipatingBodies) {
   EXPECT_EQ(good.generalized_momentum_residual, 0);
   EXPECT_DOUBLE_EQ(good.kinetic_energy_before, 10 + 24.5e12);
 
-  const Eigen::Vector3d wrong{1, 1.1, 7};  // 0.2 N s too much, 0.21 J too much of 10 J
+  const Eigen::Vector3d wrong{1, 1.1, 7};  // errors of 0.2 N s, and of 0.21 J relative to 10 J
   const ImpactChecks bad = impact_checks(M, Cholesky(M), part, before, wrong, P, work);
   EXPECT_NEAR(bad.energy_identity_residual, 0.021, 1e-15);
   EXPECT_NEAR(bad.generalized_momentum_residual, std::sqrt(0.2 * 0.2 / 2 / 20), 1e-15);
 
-  // A bystander that changes its motion is an error of this impact.
+  // A change of motion of the third body is an error of this impact.
   const Eigen::Vector3d moved{1, 1, 7.001};
   EXPECT_GT(impact_checks(M, Cholesky(M), part, before, moved, P, work).generalized_momentum_residual, 1);
 }

@@ -1,4 +1,4 @@
-/// What every plastic impact must obey, on random robots, targets and grasps.
+/// Laws of every plastic impact, on random robots, targets and grasps.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(PlasticImpact, GraspsHoldAfterwards) {
     const ImpactCase c = random_impact(i);
     const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
     const Kinematics k = forward_kinematics(c.model, with_velocity(c.state, s.velocity));
-    double fastest = 0;  // before: afterwards nothing may be left
+    double fastest = 0;  // before the impact: afterwards all velocities may vanish
     for (const Twistd& V : forward_kinematics(c.model, c.state).V_WB)
       fastest = std::max(fastest, norm(V.linear) + norm(V.angular));
     for (const Grasp& g : c.grasps) {
@@ -166,7 +166,7 @@ TEST(PlasticImpact, NoChangeWithoutGraspsOrOnRepeat) {
   EXPECT_LT(stacked_impulse(c, twice).norm(), 1e-10 * stacked_impulse(c, once).norm());
 }
 
-// A perfect approach leaves nothing to do: residuals are still small, though dv is rounding alone.
+// Without relative motion the impact changes nothing: residuals are small although dv is of the order of rounding.
 TEST(PlasticImpact, ChecksPassForMatchedVelocities) {
   Worst worst("residuals of an impact that changes nothing");
   for (int i = 0; i < 100; ++i) {

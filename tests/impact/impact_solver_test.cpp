@@ -1,4 +1,4 @@
-/// The fast route to the plastic impact against the careful one, plastic_impact(), on the same cases.
+/// ImpactSolver against plastic_impact() on the same cases.
 
 #include <gtest/gtest.h>
 
@@ -13,14 +13,14 @@
 namespace grapnel::testing {
 namespace impact_solver_test {
 
-// Sizes that cannot vanish: of both sides' velocities, and of the impulses in the metric of the free targets.
+// Difference of the velocities v+, relative to the velocities before the impact.
 double velocity_difference(const ImpactSolver& fast, const ImpactSolution& careful, const State& before) {
   const Eigen::VectorXd found =
       Eigen::Map<const Eigen::VectorXd>(fast.velocity().data(), static_cast<Eigen::Index>(fast.velocity().size()));
   return (found - eigen(careful.velocity)).norm() / eigen(before.v).norm();
 }
 
-// Largest difference of impulses over the largest, angular ones apart from linear ones.
+// Largest difference of impulses, relative to the largest impulse; angular and linear parts separately.
 double impulse_difference(const ImpactSolver& fast, const ImpactSolution& careful) {
   double largest[2] = {1e-300, 1e-300}, off[2] = {0, 0};
   for (std::size_t g = 0; g < careful.contacts.size(); ++g) {
@@ -43,7 +43,7 @@ void scale_mass(double factor, BodyDescription& body) {
   for (double* x : {&I.xx, &I.yy, &I.zz, &I.xy, &I.xz, &I.yz}) *x *= factor;
 }
 
-// The planar dual-arm robot, both arms on the points (+-0.5, 1.35): of one target, or each with its own.
+// The planar dual-arm robot with grasps at (+-0.5, 1.35), on one shared target or one target per arm.
 ImpactCase planar(bool shared, double target_factor = 1) {
   ModelBuilder builder;
   for (const BodyDescription& b : thesis_robot()) builder.add(b);
@@ -101,7 +101,7 @@ TEST(ImpactSolver, MatchesReferenceSolver) {
   EXPECT_GT(points, 100);
 }
 
-// Targets are free in space, so that the rows of arms that move in a plane are independent; not so on one target.
+// With separate free targets the rows of planar arms are independent; with a shared target they are redundant.
 TEST(ImpactSolver, PlanarArmsAreDeficientOnASharedTargetOnly) {
   for (double factor : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (bool shared : {false, true}) {
@@ -118,7 +118,7 @@ TEST(ImpactSolver, PlanarArmsAreDeficientOnASharedTargetOnly) {
   }
 }
 
-// Joints held at their rate, stopped, or set to another; in some cases the whole base as well.
+// Joints held at their rate, stopped, or set to another; in some cases also the whole base.
 TEST(ImpactSolver, HeldRatesMatchReferenceSolver) {
   // Measured 5e-13, 5e-14 and 2e-13.
   Worst velocities("velocities"), impulses("impulses"), drives("impulses of held joints");
@@ -157,7 +157,7 @@ TEST(ImpactSolver, HeldRatesMatchReferenceSolver) {
   EXPECT_GT(bases, 50);
 }
 
-// v+ in extended precision, for rows that are independent: what is left of an error is that of M and J.
+// v+ in extended precision, for independent rows: the remaining error is that of M and J.
 Eigen::VectorXd extended_velocity(const ImpactCase& c) {
   using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
@@ -222,7 +222,7 @@ TEST(ImpactSolver, ConservesNonzeroMomentum) {  // measured 1e-15
   }
 }
 
-// One solver for many impacts: nothing of the last one is left in the next.
+// One solver for many impacts: results do not depend on earlier calls.
 TEST(ImpactSolver, IndependentOfEarlierCalls) {
   for (int i = 0; i < 50; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -238,7 +238,7 @@ TEST(ImpactSolver, IndependentOfEarlierCalls) {
     solver.solve(c.state.q, random.values(c.model.velocities(), 2), elsewhere, held);
     EXPECT_NE(std::vector<double>(solver.velocity().begin(), solver.velocity().end()), first);
     solver.solve(c.state.q, c.state.v, c.grasps);
-    EXPECT_EQ(std::vector<double>(solver.velocity().begin(), solver.velocity().end()), first);  // to the bit
+    EXPECT_EQ(std::vector<double>(solver.velocity().begin(), solver.velocity().end()), first);  // bit for bit
     for (double P : solver.held_impulses()) EXPECT_EQ(P, 0);
   }
 }

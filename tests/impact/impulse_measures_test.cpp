@@ -1,5 +1,5 @@
-/// Measures against forward dynamics (which knows no mass matrix), impacts that are solved, momentum summed body by
-/// body, and closed forms.
+/// Impulse measures against forward dynamics without a mass matrix, solved impacts, momentum summed over bodies, and
+/// closed forms.
 
 #include "grapnel/impact/impulse_measures.hpp"
 
@@ -31,7 +31,7 @@ ImpulseMeasures measure(const ImpactCase& c, std::span<const HeldRate> held = {}
   return impulse_measures(c.model, c.state, root_of(c), c.grasps, {}, held);
 }
 
-// All velocities of the robot's joints, kept unchanged.
+// All joint velocities of the robot, held at their current values.
 std::vector<HeldRate> all_joints(const Model& model, const State& state, int root) {
   std::vector<HeldRate> held;
   for (const Body& b : model.bodies()) {
@@ -43,8 +43,8 @@ std::vector<HeldRate> all_joints(const Model& model, const State& state, int roo
 
 Twistd twist_at(const Kinematics& k, int body, const Vector3d& p) { return shift(k.V_WB[body], p - k.X_WB[body].p); }
 
-// v+ after impulses on the robot and their opposites on the targets, from forward dynamics: a wrench changes the
-// accelerations by what the same impulse changes velocities. Held velocities have their acceleration prescribed.
+// v+ after impulses on the robot and opposite impulses on the targets, from forward dynamics: an impulse changes the
+// velocities as the equal wrench changes the accelerations. Held velocities have prescribed accelerations.
 std::vector<double> after_impulses(const ImpactCase& c, const std::vector<Impulsed>& impulses, bool on_targets,
                                    std::span<const HeldRate> held = {}) {
   Workspace workspace(c.model);
@@ -59,7 +59,7 @@ std::vector<double> after_impulses(const ImpactCase& c, const std::vector<Impuls
       external.push_back({g.robot_body, g.p_WC, F});
       if (on_targets) external.push_back({g.target_body, g.p_WC, {-F.angular, -F.linear}});
     }
-    // At rest there is no bias to lose digits to.
+    // At rest no bias terms reduce the accuracy.
     State rest = c.state;
     std::fill(rest.v.begin(), rest.v.end(), 0.0);
     forward_kinematics(c.model, rest, workspace.kinematics);
@@ -158,14 +158,14 @@ TEST(ImpulseMeasures, EffectiveMassIsImpulsePerSpeed) {
     const Eigen::Vector3d along = m.end_effectors[0].relative_velocity.normalized();
     EXPECT_LT(worst.note(std::abs(m.end_effectors[0].pair_effective_mass / contact_mass(along) - 1), i),
               1e-10);  // measured 1.6e-13
-    // A frictionless contact brings no more than one that stops the point altogether.
+    // The impulse of a frictionless contact is at most that of a grasp that stops the point in all directions.
     EXPECT_LE(m.end_effectors[0].pair_effective_mass, m.end_effectors[0].impulse_index * (1 + 1e-12));
     EXPECT_GE(m.end_effectors[0].robot_effective_mass, m.end_effectors[0].pair_effective_mass);
   }
 }
 
-// The impulse of a point grasp for a relative velocity along an axis of the ellipsoid is that axis; and the index is
-// the impulse's size per speed.
+// A point grasp with a unit relative velocity along an axis of the ellipsoid has that semi-axis as its impulse. The
+// index is the magnitude of the impulse per speed.
 TEST(ImpulseMeasures, EllipsoidMatchesPointGrasp) {
   Worst axes("semi-axes against impulses"), index("impulse index against |P|/|u|");
   for (int i = 0; i < 60; ++i) {
@@ -196,7 +196,7 @@ TEST(ImpulseMeasures, EllipsoidMatchesPointGrasp) {
   }
 }
 
-// The angular ellipsoid: a pure couple that stops the relative turning.
+// The angular ellipsoid: a pure couple that stops the relative rotation.
 TEST(ImpulseMeasures, AngularEllipsoid) {
   const ImpactCase c = random_open_impact(4);
   const EndEffectorMeasures m = measure(c).end_effectors[0];
@@ -227,7 +227,8 @@ ImpactCase two_bodies(double m1, double m2, const Vector3d& C) {
 }
 
 TEST(ImpulseMeasures, TwoFreeBodies) {
-  // Central: the reduced mass along x, and along y with both bodies turning about z and so on, r1 = 0.4, r2 = -0.6.
+  // Central impact: the reduced mass along x. Along y and z both bodies also rotate, with the levers r1 = 0.4 and r2 =
+  // -0.6.
   const double m1 = 30, m2 = 12;
   const EndEffectorMeasures m = measure(two_bodies(m1, m2, {0.4, 0, 0})).end_effectors[0];
   const double reduced = m1 * m2 / (m1 + m2);
@@ -240,14 +241,14 @@ TEST(ImpulseMeasures, TwoFreeBodies) {
   EXPECT_NEAR(effective_mass(m.pair_inverse_inertia, {0, 1, 0}), across(3, 1.4), 1e-12);
   EXPECT_NEAR(effective_mass(m.pair_inverse_inertia, {0, 0, 1}), across(2.5, 1.2), 1e-12);
   EXPECT_NEAR(m.angular.semi_axes[0], 1 / (1 / 3.0 + 1 / 1.4), 1e-12);
-  // With relative rest there is no direction to speak of.
+  // Without relative velocity the direction is undefined.
   ImpactCase rest = two_bodies(m1, m2, {0.4, 0, 0});
   std::fill(rest.state.v.begin(), rest.state.v.end(), 0.0);
   const ImpulseMeasures still = measure(rest);
   EXPECT_EQ(still.end_effectors[0].impulse_index + still.end_effectors[0].pair_effective_mass + still.coupled_index, 0);
 }
 
-// Where the robot cannot yield at all: its base fixed, its joints held. The target alone decides.
+// Fixed base and held joints: the robot cannot yield, and only the target's inertia matters.
 TEST(ImpulseMeasures, ImmovableRobot) {
   for (int i = 4; i < 30; i += 5) {  // fixed roots
     SCOPED_TRACE(seed_note(i));
@@ -307,7 +308,8 @@ TEST(ImpulseMeasures, HeldBaseEqualsFixedBase) {
 
 // --- All grasps together. --------------------------------------------------------------------------------------------
 
-// P = -W^+ u in the metric of the targets, held rates jumping first: the coupled index is that of the solved impact.
+// P = -W^+ u in the metric of the targets, after the change of held rates: the coupled index equals that of the solved
+// impact.
 TEST(ImpulseMeasures, CoupledIndexMatchesImpact) {
   Worst worst("coupled index"), with_held("with held rates"), planned("what plans evaluate");
   int deficient = 0;
@@ -339,13 +341,13 @@ TEST(ImpulseMeasures, CoupledIndexMatchesImpact) {
     EXPECT_LT(planned.note(std::abs(p.mean_impulse / m.mean_impulse - 1), i), 1e-10);
     EXPECT_LT(planned.note(std::abs(p.energy / m.energy - 1), i), 1e-10);
 
-    // Two joints jump to other rates: first without grasps, then the grasps see what that left.
+    // The rates of two joints change: first without grasps, then the grasps act on the resulting velocities.
     std::vector<HeldRate> held = all_joints(c.model, c.state, root_of(c));
     if (held.size() < 4) continue;
     held = {{held[0].velocity, 0.3}, {held[2].velocity, -0.2}};
     const ImpactSolution braked = plastic_impact(c.model, c.state, {}, held);
     const ImpactSolution all = plastic_impact(c.model, c.state, c.grasps, held);
-    if (all.rank < all.rows) continue;  // there held rates share the redundant rows
+    if (all.rank < all.rows) continue;  // held rates take part in the redundancy
     EXPECT_LT(
         with_held.note(
             std::abs(measure(c, held).coupled_index / index(stacked_impulse(c, all), J * eigen(braked.velocity)) - 1),
@@ -372,8 +374,8 @@ TEST(ImpulseMeasures, BaseResponseMatchesForwardDynamics) {
   }
 }
 
-// Impulses without effect on the base, applied by forward dynamics, leave it at rest; there are as many as the rank
-// says and they are orthonormal in D.
+// Zero-disturbance impulses, applied by forward dynamics, do not change the motion of the base. At least rows - 6 of
+// them exist.
 TEST(ImpulseMeasures, ZeroDisturbanceImpulses) {
   Worst whole("base twist left"), turning("base turning left");
   int found = 0;
@@ -390,7 +392,7 @@ TEST(ImpulseMeasures, ZeroDisturbanceImpulses) {
       const Eigen::VectorXd size = m.base_response.cwiseAbs() * P.cwiseAbs();
       const Eigen::VectorXd change = base_change(c, after_impulses(c, from_rows(c, P), true));
       EXPECT_LT(whole.note(change.cwiseQuotient(size).cwiseAbs().maxCoeff(), i), 1e-9);
-      // It lies in the span of those that do not turn it.
+      // P lies in the span of the impulses that do not rotate the base.
       const Eigen::VectorXd in_span = m.zero_base_angular_velocity.colPivHouseholderQr().solve(P);
       EXPECT_LT((m.zero_base_angular_velocity * in_span - P).norm() / P.norm(), 1e-8);
     }
@@ -404,7 +406,7 @@ TEST(ImpulseMeasures, ZeroDisturbanceImpulses) {
   EXPECT_GT(found, 50);
 }
 
-// A target can be given a motion such that the impact of one hand does not disturb the base: u = -W P.
+// For target motions with u = -W P, where P is a zero-disturbance impulse, the impact does not disturb the base.
 TEST(ImpulseMeasures, ImpactWithoutDisturbance) {
   Worst worst("base change over speed of the contacts");
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
@@ -412,7 +414,7 @@ TEST(ImpulseMeasures, ImpactWithoutDisturbance) {
   const ImpulseMeasures m = impulse_measures(r.model, r.state, root, r.grasps, {});
   ASSERT_GT(m.zero_disturbance.cols(), 0);
   for (Eigen::Index n = 0; n < m.zero_disturbance.cols(); ++n) {
-    // Robot at rest, targets moving so that -J v = W P.
+    // The robot is at rest, the targets move so that -J v = W P.
     State s = r.state;
     std::fill(s.v.begin(), s.v.end(), 0.0);
     const Eigen::VectorXd u = m.contact_inertia * m.zero_disturbance.col(n);
@@ -459,14 +461,14 @@ TEST(ImpulseMeasures, ImpulseThroughTheCentreOfMass) {
     const std::vector<HeldRate> held = all_joints(c.model, c.state, root);
     const Eigen::VectorXd locked = base_change(c, after_impulses(c, impulses, true, held));
     EXPECT_LT(rate.note(locked.head<3>().norm() / norm(P), i), 1e-12);  // measured 8e-16
-    // The matrix says the same.
+    // The base response matrix gives the same result.
     Grasp rigid = g;
     rigid.model = GraspModel::rigid;
     const ImpulseMeasures h = impulse_measures(c.model, c.state, root, {&rigid, 1}, {}, held);
     EXPECT_LT(rate.note((h.base_response * eigen(impulses[0])).head<3>().norm() / norm(P), i), 1e-12);
     free.note(base_change(c, after).head<3>().norm() / norm(P), i);
   }
-  EXPECT_GT(free.value(), 1e-3);  // with free joints the base turns even so
+  EXPECT_GT(free.value(), 1e-3);  // with free joints the base rotates
 }
 
 TEST(ImpulseMeasures, MissMatchesAngularMomentumChange) {
@@ -488,7 +490,7 @@ TEST(ImpulseMeasures, MissMatchesAngularMomentumChange) {
     double scale = 0;
     for (const ContactImpulse& contact : s.contacts) scale += norm(contact.P_WC.linear) + norm(contact.P_WC.angular);
     EXPECT_LT(worst.note(norm(gained - all.angular_impulse) / scale, i), 1e-10);  // measured 4e-14
-    // Pythagoras: what misses and what turns about the line itself.
+    // The couple and the moment of the miss distance are orthogonal.
     const Momentumd h0 = momentum_about(c.model, before, com, {&root, 1}),
                     h1 = momentum_about(c.model, after, com, {&root, 1});
     EXPECT_NEAR(std::hypot(all.couple, all.miss * norm(h1.linear - h0.linear)) / norm(gained), 1, 1e-6);
@@ -496,7 +498,7 @@ TEST(ImpulseMeasures, MissMatchesAngularMomentumChange) {
 }
 
 TEST(ImpulseMeasures, LineInClosedForm) {
-  // Along y at x = 2, seen from the origin; a couple about y stays, one about z moves the line.
+  // Impulse along y at x = 2, relative to the origin: a couple about y remains, a couple about z shifts the line.
   const Impulsed P{{0, 0.5, 0}, {0, 4, 0}};
   const ImpulseLine line = impulse_line(P, {2, 7, 0}, {0, 0, 0});
   EXPECT_NEAR(line.miss, 2, 1e-15);
@@ -509,7 +511,7 @@ TEST(ImpulseMeasures, LineInClosedForm) {
 
 // --- Symmetry and redundancy. ---------------------------------------------------------------------------------------
 
-// The thesis robot folded symmetrically about the y axis, targets too: both hands measure the same, mirrored.
+// Thesis robot and targets symmetric about the y axis: both end-effectors have equal, mirrored measures.
 TEST(ImpulseMeasures, SymmetricArms) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   set_root_pose(r.model, r.model.body_index("base"), Posed::identity(), r.state);
@@ -532,7 +534,7 @@ TEST(ImpulseMeasures, SymmetricArms) {
   const int root = r.model.body_index("base");
   const ImpactSolution s = plastic_impact(r.model, r.state, r.grasps);
   const ImpulseMeasures m = impulse_measures(r.model, r.state, root, r.grasps, impulses_of(s));
-  // Mirror x -> -x: of polar and axial vectors.
+  // Reflection x -> -x of axial and polar vectors.
   Matrix6d mirror = Matrix6d::Zero();
   mirror.diagonal() << 1, -1, -1, -1, 1, 1;
   const EndEffectorMeasures &a = m.end_effectors[0], &b = m.end_effectors[1];
@@ -543,7 +545,7 @@ TEST(ImpulseMeasures, SymmetricArms) {
   EXPECT_NEAR(m.robot_line[0].miss, m.robot_line[1].miss, 1e-12);
   EXPECT_LT(m.robot_line[2].miss, 1e-12);  // the resultant is along y through the centre of mass
   EXPECT_NEAR(m.system_line[0].miss, m.system_line[1].miss, 1e-12);
-  // The base neither turns nor moves sideways.
+  // The base neither rotates nor moves sideways.
   const Eigen::VectorXd change = m.base_response * [&] {
     Eigen::VectorXd P(12);
     P << eigen(s.contacts[0].P_WC), eigen(s.contacts[1].P_WC);
@@ -554,7 +556,7 @@ TEST(ImpulseMeasures, SymmetricArms) {
   EXPECT_GT(std::abs(change[4]), 1e-4);
 }
 
-// Two planar arms on one target: three rows are said twice. The measures are those of the rank that is there.
+// Two planar arms on one target: three rows are redundant. The measures use the actual rank.
 TEST(ImpulseMeasures, RedundantArmsOnOneTarget) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   r.grasps[1].target_body = r.grasps[0].target_body;
@@ -565,7 +567,7 @@ TEST(ImpulseMeasures, RedundantArmsOnOneTarget) {
   EXPECT_EQ(m.rank, 9);
   EXPECT_EQ(s.rank, 9);
   EXPECT_TRUE(std::isfinite(m.largest_impulse));
-  // Self-stresses do not move the base: they are among the impulses without disturbance.
+  // Self-stresses do not move the base: they are zero-disturbance impulses.
   EXPECT_LT((m.base_response * s.null_space).norm() / (m.base_response.norm() * s.null_space.norm()), 1e-14);
   EXPECT_GE(m.zero_disturbance.cols(), 6);
 }

@@ -1,5 +1,5 @@
-/// Derivatives of the impact by dual numbers against finite differences of plastic_impact() on problems that are really
-/// changed: another target in the model, another target velocity, another configuration found by Newton's method.
+/// Derivatives of the impact by dual numbers against finite differences of plastic_impact() on modified problems: a
+/// modified target, a modified target velocity, a modified configuration from Newton's method.
 
 #include "grapnel/impact/impulse_sensitivity.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
@@ -108,7 +108,7 @@ void set_target_motion(Problem& p, const Grasp& g, const Twistd& V_WC) {
   set_root_twist(p.model, g.target_body, shift(V_WC, origin - g.p_WC), p.state);
 }
 
-// Columns of the grasping bodies' Jacobians by the robot's joints.
+// Jacobians of the grasping bodies with respect to the joints; columns of roots are zero.
 Eigen::MatrixXd joint_jacobian(const Problem& p, const Kinematics& k) {
   Eigen::MatrixXd J(6 * static_cast<int>(p.grasps.size()), p.model.velocities()), J_E(6, p.model.velocities());
   for (std::size_t i = 0; i < p.grasps.size(); ++i) {
@@ -121,8 +121,8 @@ Eigen::MatrixXd joint_jacobian(const Problem& p, const Kinematics& k) {
   return J;
 }
 
-// Turns the end-effector by the whole angle about the contact point: Newton's method with the Jacobian of the start, so
-// that the joints' displacement stays in its row space (the least one); then the rates.
+// Rotates the end-effector by the angle about the contact point. Newton's method uses the initial Jacobian, so that the
+// joint displacement stays in its row space (minimum norm). Then sets the rates.
 void turn_end_effector(Problem& p, int grasp, const Vector3d& axis, double angle) {
   const Kinematics before = forward_kinematics(p.model, p.state);
   const Eigen::MatrixXd J = joint_jacobian(p, before);
@@ -197,7 +197,8 @@ Problem changed(const Problem& original, const ImpulseSensitivity& s, double ste
 
 // --- Comparison. ----------------------------------------------------------------------------------------------------
 
-// Angular parts of all grasps, linear parts, and the base's change: [0] to [3] are compared each in its own unit.
+// Angular and linear impulses of all grasps, and the base's angular and linear change: each part is compared in its own
+// unit.
 struct Outcome {
   std::array<Eigen::VectorXd, 4> part;
 };
@@ -226,34 +227,33 @@ Outcome combine(double a, Outcome x, double b, const Outcome& y) {
   return x;
 }
 
-// Of second order in the step.
+// Second order in the step.
 Outcome central_difference(const Problem& p, const ImpulseSensitivity& s, double step) {
   return combine(0.5 / step, solved(changed(p, s, step)), -0.5 / step, solved(changed(p, s, -step)));
 }
-// Of fourth order (Richardson).
+// Fourth order in the step, by Richardson extrapolation.
 Outcome extrapolated_difference(const Problem& p, const ImpulseSensitivity& s, double step) {
   return combine(4.0 / 3, central_difference(p, s, step / 2), -1.0 / 3, central_difference(p, s, step));
 }
 
-// Of the worst part, over the derivative's size there; where that is tiny, over 1e-4 of the outcome's own per unit of
-// the parameter, and where that is but rounding, over 1e-6 of the largest impulse or change of velocity (lengths are of
-// the order of 1 m here).
+// Largest error of all parts, relative to the magnitude of the derivative. The scale is at least 1e-4 of the outcome of
+// that part. It is also at least 1e-6 of the other part of the impulse or velocity (lengths are about 1 m).
 double deviation(const Outcome& here, const ImpulseSensitivity& s, const Outcome& numeric) {
   const Outcome exact = stacked(s.impulse, eigen(s.base.angular), eigen(s.base.linear));
   double worst = 0;
   for (int i = 0; i < 4; ++i) {
     const int other = i ^ 1;  // the other part of impulse or of velocity
     const double size = std::max({numeric.part[i].norm(), 1e-4 * here.part[i].norm(), 1e-6 * here.part[other].norm()});
-    if (size == 0) continue;  // a base that is fixed
+    if (size == 0) continue;  // a fixed base
     const double error = (exact.part[i] - numeric.part[i]).norm() / size;
     worst = std::isnan(error) ? INFINITY : std::max(worst, error);
   }
   return worst;
 }
 
-// The unit of the steps. Inertias: a fraction of the margin of the triangle inequality, so that the body stays
-// possible. Approach angles: near a singular configuration joints move far and the path is curved, so in proportion to
-// the minimum singular value of the arms' Jacobian (without directions that the arms lack).
+// The unit of the steps. Inertias: a fraction of the margin of the triangle inequality, so that the inertia stays
+// physical. Approach angles: near a singular configuration joint displacements are large and nonlinear. The unit is
+// therefore proportional to the minimum nonzero singular value of the arms' Jacobian.
 double step_unit(const Problem& p, const ImpulseSensitivity& s) {
   if (is(s, "target inertia")) {
     const Eigen::Vector3d moments =
@@ -271,7 +271,8 @@ double step_unit(const Problem& p, const ImpulseSensitivity& s) {
   return 5 * least;
 }
 
-// The best over a sequence of steps: large ones suffer from curvature, small ones from rounding.
+// Minimum deviation over a sequence of steps: truncation errors dominate for large steps, rounding errors for small
+// ones.
 double best_deviation(const Problem& p, const ImpulseSensitivity& s) {
   double best = INFINITY;
   const double unit = step_unit(p, s);
@@ -298,7 +299,7 @@ TEST(ImpulseSensitivity, ThesisRobotWithTwoTargets) {
   for (GraspModel grasp : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     std::set<std::string> names;
     compare_all(thesis_problem(grasp, false), worst, static_cast<int>(grasp), &names);
-    // A planar arm turns its hand about z only.
+    // A planar arm rotates its end-effector about z only.
     EXPECT_EQ(names.count("approach angle x") + names.count("approach angle y"), 0u);
     EXPECT_EQ(names.count("approach angle z"), 1u);
     EXPECT_EQ(names.size(), 9u + 1 + 3 + 4);
@@ -333,8 +334,8 @@ TEST(ImpulseSensitivity, FixedBase) {
   }
 }
 
-// Planar arms on one target: out-of-plane rows are redundant, and the impulse is the least one. Rigid grasps keep their
-// rank whatever changes.
+// Planar arms on one target: out-of-plane rows are redundant, and the impulse has minimum norm. No parameter changes
+// the rank of rigid grasps.
 TEST(ImpulseSensitivity, RedundantGrasps) {
   Worst worst("thesis robot, two rigid grasps on one target");
   const Problem p = thesis_problem(GraspModel::rigid, true);
@@ -343,8 +344,8 @@ TEST(ImpulseSensitivity, RedundantGrasps) {
   compare_all(p, worst, 0);
 }
 
-// Two bodies of one welded hand hold the target twice: every self-stress is possible, in and out of plane. Stresses of
-// the minimum-norm solution depend on the parameter through D and the null space.
+// One body has two grasps on the target: self-stresses exist in all directions. Stresses of the minimum-norm solution
+// depend on the parameter through D and the null space.
 TEST(ImpulseSensitivity, MinimumNormSelfStressChanges) {
   Worst worst("two grasps of one hand on one target");
   for (int i = 0; i < 9; ++i) {
@@ -356,14 +357,14 @@ TEST(ImpulseSensitivity, MinimumNormSelfStressChanges) {
     p.grasps[0].model = GraspModel::rigid;
     const ImpactSolution s = plastic_impact(p.model, p.state, p.grasps);
     ASSERT_EQ(s.rows - s.rank, row_count(p.grasps[1].model));
-    // Every angle of approach would move the other grasp of the same hand: there is none.
+    // No approach angles: each would move the other grasp of the same body.
     std::set<std::string> names;
     compare_all(p, worst, i, &names);
     EXPECT_EQ(names.size(), 9u + 3 + 4);
   }
 }
 
-// Braked, driven and both, on either arm.
+// Brakes, drives or both, on either arm.
 TEST(ImpulseSensitivity, HeldJoints) {
   Worst worst("joints braked or driven during the impact");
   for (int i = 0; i < 8; i += test::kSanitized ? 5 : 1) {
@@ -373,7 +374,7 @@ TEST(ImpulseSensitivity, HeldJoints) {
     for (int v : driven) p.held.push_back({v, p.state.v[v]});
     p.held.push_back({joint_velocity(p, "arm0.4"), 0});
     if (i >= 4) {
-      // All of arm 1 keeps its motion.
+      // All joints of arm 1 keep their rates.
       p.held.clear();
       for (int j = 0; j < 7; ++j) {
         const int v = joint_velocity(p, "arm1." + std::to_string(j));
@@ -384,7 +385,8 @@ TEST(ImpulseSensitivity, HeldJoints) {
   }
 }
 
-// With all joints held, brakes share what redundant rows leave: D has the brakes' own part, which moves with M.
+// With all joints held, brakes and grasps share the redundant impulses: D includes the brakes, whose block depends on
+// M.
 TEST(ImpulseSensitivity, RedundantBrakes) {
   Worst worst("all joints of both arms braked on one target");
   int redundant = 0;
@@ -408,7 +410,7 @@ TEST(ImpulseSensitivity, RandomRobots) {
   for (int i = 0; i < test::repetitions(24); ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
-    if (i % 4 == 1) continue;  // spherical joints: the changed configuration below knows angles only
+    if (i % 4 == 1) continue;  // spherical joints: the modified configuration below supports angles only
     int root = c.grasps[0].robot_body;
     root = c.model.bodies()[root].root;
     const Problem p{c.model, c.state, c.grasps, {}, root};
@@ -447,7 +449,7 @@ TEST(ImpulseSensitivity, CentralDifferencesConvergeQuadratically) {
   }
 }
 
-// P is linear in the relative motion: its derivatives and u- give P back, with nothing but rounding.
+// P is linear in the relative motion: its derivatives times u- give P up to rounding.
 TEST(ImpulseSensitivity, LinearInRelativeMotion) {
   Worst worst("P against sum of dP/du u");
   for (int i = 0; i < 6; ++i) {
@@ -468,7 +470,7 @@ TEST(ImpulseSensitivity, LinearInRelativeMotion) {
   }
 }
 
-// For a rigid grasp the contact point is but a point of reference: P's angular part shifts, nothing else changes.
+// For a rigid grasp the contact point is only a reference point: only P's angular part changes.
 TEST(ImpulseSensitivity, RigidGraspsIndependentOfContactPoint) {
   Worst worst("d P/d offset against -e x P");
   for (int i = 0; i < 6; ++i) {
@@ -489,7 +491,7 @@ TEST(ImpulseSensitivity, RigidGraspsIndependentOfContactPoint) {
   }
 }
 
-// Base and target alone: P = -m_r u with the reduced mass m_r, so dP/dm = -u (m_r / m)^2.
+// Base and target only: P = -m_r u with the reduced mass m_r, so dP/dm = -u (m_r / m)^2.
 TEST(ImpulseSensitivity, ReducedMassInClosedForm) {
   ModelBuilder builder;
   for (const char* name : {"base", "target"}) {
@@ -519,8 +521,9 @@ TEST(ImpulseSensitivity, ReducedMassInClosedForm) {
   }
 }
 
-// Two point grasps at one point say everything twice; apart, they also stop all turning but that about their line. So
-// the rank changes with the offset of either, and P jumps: that has no derivative. Everything else has.
+// Two point grasps at one point are redundant. At different points they also constrain rotation, except about the line
+// between them. The rank therefore changes with the offset of either grasp, and P has no derivative with respect to it.
+// All other derivatives exist.
 TEST(ImpulseSensitivity, ReportsRankChange) {
   Problem p = spatial_problem(5, 7, true);
   p.grasps[0].model = GraspModel::point;
@@ -543,7 +546,7 @@ TEST(ImpulseSensitivity, ReportsRankChange) {
   EXPECT_EQ(undefined, 6);
 }
 
-// Two arms, all joints driven, on one rigid target: what the drives keep does not fit.
+// Two arms with all joints driven on one rigid target: the commanded rates contradict the grasps.
 TEST(ImpulseSensitivity, ReportsContradictoryDrives) {
   Problem p = spatial_problem(6, 3, true);
   for (Grasp& g : p.grasps) g.model = GraspModel::rigid;

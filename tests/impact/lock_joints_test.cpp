@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace lock_joints_test {
 
-// The impulse of brakes on these velocities, with no grasp.
+// Impulse of brakes on these velocities, without grasps.
 ImpactSolution lock_joints(const Model& model, const State& state, const std::vector<int>& velocities,
                            std::vector<double>& impulse) {
   std::vector<HeldRate> held;
@@ -67,7 +67,7 @@ TEST(LockJoints, Identities) {
   EXPECT_GT(stopped, 250);
 }
 
-// With every joint locked a robot turns as one body with its composite inertia: no mass matrix needed.
+// A robot with all joints locked moves as one rigid body with its composite inertia, without a mass matrix.
 TEST(LockJoints, AllLockedIsOneRigidBody) {
   Worst worst("base twist against the composite body's");
   for (int i = 0; i < kImpacts; ++i) {

@@ -34,7 +34,8 @@ Matrix normal_rows(const Eigen::Vector3d& axis) {
   return N;
 }
 
-// Rows that forbid the given parts of a relative twist: all angular but along `hinge` (if free_turn is 1), none (3).
+// Rows that constrain a relative twist: all linear parts, and the angular parts except along `hinge` (free_turn 1) or
+// none of them (3).
 Matrix twist_rows(int free_turn, const Eigen::Vector3d& hinge) {
   Matrix A = Matrix::Zero(6 - free_turn, 6);
   A.bottomRightCorner(3, 3).setIdentity();
@@ -68,7 +69,7 @@ struct System {
   std::vector<Eigen::Vector3d> com;
   Matrix M;
   Vector v;
-  std::vector<Matrix> rows;  // per body's joint, then per grasp: in all velocities
+  std::vector<Matrix> rows;  // one block per body's joint, then one per grasp; columns for all velocities
   std::vector<Matrix> directions;
   std::vector<Vector> rate_row;  // per body with a rotor: s; else empty
 
@@ -127,11 +128,11 @@ MaximalSolution maximal_impact(const Model& model, const State& state, std::span
   Eigen::Index count = 0;
   for (const Matrix& r : s.rows) count += r.rows();
   const Eigen::Index n = s.v.size();
-  // The same system without units: velocities L^T v for M = L L^T, every row of length one.
+  // The same system in dimensionless form: velocities L^T v with M = L L^T, rows of unit length.
   const Eigen::LLT<Matrix> mass(s.M);
   Matrix A(count, n);
   for (Eigen::Index at = 0; const Matrix& r : s.rows) {
-    if (r.rows() == 0) continue;  // Eigen's triangular solver does not take empty matrices
+    if (r.rows() == 0) continue;  // Eigen's triangular solver does not accept empty matrices
     A.middleRows(at, r.rows()) = mass.matrixL().solve(r.transpose()).transpose();
     at += r.rows();
   }
@@ -168,7 +169,7 @@ MaximalSolution maximal_impact(const Model& model, const State& state, std::span
     const Eigen::Vector3d vo = vc + w.cross(eigen(s.k.X_WB[i].p) - s.com[i]);
     result.V_WB.push_back({{w[0], w[1], w[2]}, {vo[0], vo[1], vo[2]}});
     if (s.rate_row[i].size() == 0) continue;
-    // What turns the rotor is not passed on to the link.
+    // The impulse that accelerates the rotor does not act on the link.
     const JointDescription& joint = model.bodies()[i].description.joint;
     const double spun = joint.reflected_inertia() * s.rate_row[i].dot(x.head(n) - s.v);
     const Vector3d axis = s.k.X_WB[i].R * joint.axis;

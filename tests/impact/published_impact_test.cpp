@@ -1,4 +1,4 @@
-/// The thesis's formulas: where they are right, by how much they are wrong, where they do not apply.
+/// The thesis's formulas: limit in which they are exact, their error, and cases in which they do not apply.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ PublishedImpact published(const ReferenceImpact& r) {
   return published_impact(r.model, r.state, r.model.body_index("base"), r.grasps);
 }
 
-// The formulas drop the momentum that the robot receives: exactly the impulses are missing.
+// The formulas omit the momentum that the robot receives: the momentum error equals the impulses.
 TEST(PublishedImpact, MomentumErrorIsTheImpulseItDrops) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   ReferenceImpact one_sided = r;  // in case 1 the two impulses nearly cancel
@@ -35,8 +35,8 @@ TEST(PublishedImpact, MomentumErrorIsTheImpulseItDrops) {
   EXPECT_GT(norm(published(one_sided).momentum_error.linear), 0.1);  // measured 0.12
 }
 
-// A base that cannot be moved takes any impulse without a twist: then the formulas are right, the error falls as
-// 1/mass.
+// A base of infinite mass does not change its motion: in this limit the formulas are exact, and the error is
+// proportional to 1/mass.
 TEST(PublishedImpact, ConvergesForHeavyBase) {
   const auto error = [](double factor) {
     const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1, factor);
@@ -62,7 +62,7 @@ TEST(PublishedImpact, ReportsWhereUndefined) {
   std::vector<Grasp> grasps = r.grasps;
   grasps[1].model = GraspModel::hinge;
   EXPECT_EQ(published_impact(r.model, r.state, base, grasps).undefined, "the formulas are for rigid grasps");
-  // With a grasp on the base itself, all joints move but no impulse at the grasp explains it.
+  // A single grasp on the first link of an arm.
   grasps = r.grasps;
   grasps.pop_back();
   grasps[0].robot_body = r.model.body_index("arm-1-link-1");
@@ -75,8 +75,8 @@ TEST(PublishedImpact, ReportsWhereUndefined) {
             "the base is fixed");
 }
 
-// Two arms on one target, with J_t^-1 read as least squares: generalized momentum (3.6) is kept, and the velocities do
-// not fit the loop they are to move in.
+// Two arms on one target, with J_t^-1 as a pseudo-inverse: the formulas conserve generalized momentum (3.6), but their
+// velocities violate the closed loop.
 TEST(PublishedImpact, ViolatesLoopOfSharedTarget) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
   std::vector<Grasp> grasps = r.grasps;

@@ -27,7 +27,7 @@ double largest(const std::vector<Impulsed>& impulses) {
   return result;
 }
 
-// The joints' own multipliers decide in maximal coordinates; here they come from momentum differences.
+// Reference: the joints' multipliers in maximal coordinates. Tested: reactions from momentum differences.
 TEST(JointImpulses, AreTheMultipliersOfMaximalCoordinates) {
   Worst worst("joint impulses against multipliers");
   int compared = 0;
@@ -73,7 +73,7 @@ TEST(JointImpulses, FreeJointTransmitsOnlyRotorImpulse) {
       EXPECT_LT(worst.note(std::abs(along + rotor) / scale, i), 1e-9);
     }
   }
-  EXPECT_GT(rotors, 20);  // some matter
+  EXPECT_GT(rotors, 20);  // cases with significant rotor inertia
 }
 
 TEST(JointImpulses, GroundImpulseOfFixedBase) {

@@ -1,5 +1,4 @@
-// Contacts that share in many ways what sticking takes: friction at rest, bodies that are wedged, and what is not
-// followed for ever.
+// Contacts with redundant sticking forces: friction at rest, wedged bodies, and limits on path length.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +11,8 @@
 namespace grapnel::testing {
 namespace redundant_contacts_test {
 
-// Friction of `points` points at rest whose bodies have three freedoms. Half of the cases can just all stick, since
-// some forces use all of the cones except for a fraction of 1e-4.
+// Friction at rest of `points` points on bodies with three degrees of freedom. In half of the cases all points can just
+// stick: the holding forces are within 1e-4 of the friction cones.
 struct RestCase {
   Eigen::MatrixXd A;
   Eigen::VectorXd b, radius;
@@ -27,7 +26,7 @@ RestCase random_rest(int index, int points) {
   if (index % 2 == 1) return c;
   Eigen::VectorXd l(2 * points);
   for (int i = 0; i < points; ++i) {
-    // Against the same motion everywhere: no other forces hold more.
+    // All forces oppose the same motion: no other forces resist a larger load.
     const Eigen::Vector2d slip = c.b.segment<2>(2 * i);
     l.segment<2>(2 * i) = -(1 - 1e-4) * c.radius[i] * slip.normalized();
   }
@@ -35,8 +34,8 @@ RestCase random_rest(int index, int points) {
   return c;
 }
 
-// By how much Coulomb's law is missed, over what drives the points.
-double violates_law(const RestCase& c, const Eigen::VectorXd& l) {
+// Residual of Coulomb's law, relative to the driving rates.
+double law_residual(const RestCase& c, const Eigen::VectorXd& l) {
   const Eigen::VectorXd rate = c.A * l + c.b;
   double most = 0;
   for (Eigen::Index i = 0; i < c.radius.size(); ++i) {
@@ -49,24 +48,24 @@ double violates_law(const RestCase& c, const Eigen::VectorXd& l) {
 }
 
 TEST(RedundantFriction, ObeysCoulombsLaw) {
-  Worst any("Coulomb's law, any forces"), middle("those in the middle"), said("of what they say themselves");
+  Worst any("Coulomb's law, any forces"), middle("those in the middle"), reported("of what they say themselves");
   int crawled = 0;
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
     const RestCase c = random_rest(i, 2 + i % 4);
     const FrictionForces forces = friction_at_rest(c.A, c.b, c.radius);
     crawled += forces.crawled;
-    EXPECT_LT(any.note(violates_law(c, forces.force), i), 1e-11);
+    EXPECT_LT(any.note(law_residual(c, forces.force), i), 1e-11);
     const FrictionForces central = friction_at_rest(c.A, c.b, c.radius, {}, FrictionChoice::middle);
-    EXPECT_LT(middle.note(violates_law(c, central.force), i), 1e-11);
-    EXPECT_LT(said.note(central.missed, i), 1e-11);
-    // The rate is the same whatever the forces.
+    EXPECT_LT(middle.note(law_residual(c, central.force), i), 1e-11);
+    EXPECT_LT(reported.note(central.residual, i), 1e-11);
+    // The rate does not depend on the choice of forces.
     EXPECT_LT((central.rate - forces.rate).norm(), 1e-10 * c.b.norm());
   }
   EXPECT_GT(crawled, 20);
 }
 
-// Steps are extrapolated: forces in the middle must be as smooth as what drives them.
+// The path integration extrapolates steps: forces in the middle must be as smooth as the driving rates.
 TEST(RedundantFriction, ForcesInTheMiddleAreSmooth) {
   Worst bent("second difference over the square of the change");
   for (int i = 0; i < 40; ++i) {
@@ -85,7 +84,7 @@ TEST(RedundantFriction, ForcesInTheMiddleAreSmooth) {
   }
 }
 
-// A point of mass one that is thrown down into a groove whose sides lean by `lean` from upright.
+// A point of unit mass that falls into a groove with sides inclined by `lean` from the vertical.
 ContactPathProblem groove(double lean, double friction, RestitutionHypothesis hypothesis, double across = 0.02) {
   Eigen::MatrixXd J(6, 3);
   const double c = std::cos(lean), s = std::sin(lean);
@@ -102,7 +101,7 @@ Eigen::VectorXd velocity_after(const ContactPathProblem& p, const ContactPath& p
   return p.u + p.W * path.impulse;
 }
 
-// Friction that is stronger than the sides are steep holds the point: the springs stay pressed, and the path ends.
+// Sufficient friction for the slope wedges the point: the springs stay compressed, and the path ends.
 TEST(RedundantContacts, WedgedBodiesComeToRest) {
   for (const double friction : {0.3, 0.6}) {
     const ContactPathProblem p = groove(0.1, friction, RestitutionHypothesis::stronge);
@@ -117,24 +116,24 @@ TEST(RedundantContacts, WedgedBodiesComeToRest) {
         EXPECT_LE(path.impulse.segment<2>(3 * i + 1).norm(), friction * path.impulse[3 * i] * (1 + 1e-10));
         work += path.normal_work[static_cast<std::size_t>(i)] + path.friction_work[static_cast<std::size_t>(i)];
       }
-      EXPECT_NEAR(work, -0.5 * (0.02 * 0.02 + 0.1 * 0.1 + 1), 1e-11);  // all there was
+      EXPECT_NEAR(work, -0.5 * (0.02 * 0.02 + 0.1 * 0.1 + 1), 1e-11);  // the whole initial energy
     }
   }
-  // Less friction lets it go.
+  // With less friction the point leaves the groove.
   const ContactPathProblem p = groove(0.6, 0.1, RestitutionHypothesis::stronge);
   const ContactPath path = follow_contacts(p);
   EXPECT_EQ(path.failure, "");
   EXPECT_GT(velocity_after(p, path)[0], 0.1);
 }
 
-// Newton's hypothesis demands that they part all the same.
+// Newton's hypothesis still requires separation.
 TEST(RedundantContacts, WedgedBodiesThatMustSeparateFail) {
   const ContactPath path = follow_contacts(groove(0.1, 0.6, RestitutionHypothesis::newton, 0));
   EXPECT_EQ(path.failure, "bodies are wedged at rest, and the forces that separate them grow without bound");
   EXPECT_LT(path.steps, 2000);
 }
 
-// Many contacts of bodies with three freedoms: every path ends, or reports its failure.
+// Many contacts of bodies with three degrees of freedom: every path ends, or reports its failure.
 TEST(RedundantContacts, PathsEndOrReportFailure) {
   int ended = 0, crawled = 0;
   for (int i = 0; i < 24; ++i) {
@@ -147,12 +146,12 @@ TEST(RedundantContacts, PathsEndOrReportFailure) {
     p.W = J * J.transpose();
     p.u = J * Eigen::Map<const Eigen::VectorXd>(before.data(), 3);
     if (p.u[0] > 0) p.u = -p.u;
-    p.rounding = 1e-16, p.most_steps = 5000;
+    p.rounding = 1e-16, p.max_steps = 5000;
     for (int k = 0; k < contacts; ++k) p.contacts.push_back({random.uniform(0, 1), random.uniform(0, 1), 1});
     const ContactPath path = follow_contacts(p);
     if (path.failure.empty()) {
       ++ended;
-      // Nothing is left that approaches.
+      // No contact approaches any more.
       const Eigen::VectorXd after = velocity_after(p, path);
       for (int k = 0; k < contacts; ++k) EXPECT_GT(after[3 * k], -1e-8 * p.u.norm());
     } else {
@@ -175,9 +174,9 @@ TEST(RedundantContacts, OthersSkippedIfFirstFails) {
                           left = "not followed to its end: the first path failed";
   using Failures = std::vector<std::string>;
   for (const auto set : lanes::supported_instruction_sets()) {
-    problems[0].most_steps = 100000;
+    problems[0].max_steps = 100000;
     EXPECT_EQ(ends(OtherPaths::if_first_ends, set), Failures(5, none));
-    problems[0].most_steps = 3;
+    problems[0].max_steps = 3;
     EXPECT_EQ(ends(OtherPaths::always, set), (Failures{out, none, none, none, none}));
     EXPECT_EQ(ends(OtherPaths::if_first_ends, set), (Failures{out, left, left, left, left}));
   }

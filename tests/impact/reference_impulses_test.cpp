@@ -1,4 +1,4 @@
-/// The numbers of thesis-facts, found with two models written before this project, and closed forms for two bodies.
+/// Reference values of thesis-facts, from two models written before this project, and closed forms for two bodies.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace reference_impulses_test {
 
-// Half a unit of the last digit given, and a little for the configuration's own four digits.
+// Half a unit of the last given digit, with a margin for the configuration's four digits.
 constexpr double kDigits = 0.6e-4;
 
 struct Planar {
@@ -46,7 +46,7 @@ TEST(ReferenceImpulses, ConfigurationIsTheStatedOne) {
   const int roots[] = {r.model.body_index("base")};
   const Momentumd h = momentum_about(r.model, k, {0, 0, 0}, roots);
   EXPECT_LT(norm(h.angular) + norm(h.linear), 1e-13);
-  EXPECT_GT(std::abs(r.state.v[6]), 0.01);  // and it moves
+  EXPECT_GT(std::abs(r.state.v[6]), 0.01);  // the base moves
 }
 
 TEST(ReferenceImpulses, RigidGrasp) {

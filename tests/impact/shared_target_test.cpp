@@ -1,4 +1,4 @@
-/// Two arms on one target: redundant rows, what is determined and what is chosen.
+/// Two arms on one target: redundant rows, determined and undetermined components.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 namespace grapnel::testing {
 namespace shared_target_test {
 
-// thesis-facts, the closed loop that closes: target centre (0, 1.35), grasps at (+-0.5, 1.35), 0.5 m along the third
-// links. The target also moves out of the plane, or all self-stress would be zero.
+// The consistent closed loop of thesis-facts: target centre (0, 1.35), grasps at (+-0.5, 1.35), 0.5 m along the third
+// links. The target also moves out of the plane; otherwise all self-stresses would be zero.
 ImpactCase thesis_loop(const Units& units = {}) {
   ModelBuilder builder;
   for (const BodyDescription& b : thesis_robot(1, units)) builder.add(b);
@@ -84,14 +84,14 @@ TEST(SharedTarget, VelocitiesAreUnique) {
   for (std::size_t b = 0; b < k.V_WB.size(); ++b) {
     EXPECT_LT(norm(k.V_WB[b].linear - m.V_WB[b].linear) + norm(k.V_WB[b].angular - m.V_WB[b].angular), 1e-13);
   }  // measured 6.19e-15
-  // Determined components agree whatever picks the rest (there: the least norm of all multipliers).
+  // Determined components do not depend on the choice of the others (reference: minimum norm of all multipliers).
   double undetermined = 0;
   for (std::size_t i = 0; i < 2; ++i) {
     const Impulsed difference = s.contacts[i].P_WC - m.contact[i];
     EXPECT_LT(std::abs(difference.angular[2]) + std::abs(difference.linear[0]) + std::abs(difference.linear[1]), 1e-12);
     undetermined += norm(difference.angular) + norm(difference.linear);
   }
-  EXPECT_GT(undetermined, 1e-3);  // the others do depend on it
+  EXPECT_GT(undetermined, 1e-3);  // undetermined components depend on the choice
 }
 
 TEST(SharedTarget, ReportedImpulseMinimizesMetric) {

@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// The thesis's planar dual-arm robot and its targets (Tables 4.1, 4.2), written down here without any file.
+/// The thesis's planar dual-arm robot and its targets (Tables 4.1, 4.2), without input files.
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/state.hpp"
 
 namespace grapnel::testing {
 
-/// A unit of length and of mass, in metres and kilograms: numbers below are divided by them.
+/// Units of length and mass, in metres and kilograms: values below are divided by them.
 struct Units {
   double length = 1;
   double mass = 1;
@@ -16,12 +16,12 @@ struct Units {
 
 /// "base", "arm-1-link-1" … "arm-2-link-3" on joints "arm-1-joint-1" …; the base's mass and inertia may be multiplied.
 std::vector<BodyDescription> thesis_robot(double base_factor = 1, const Units& units = {});
-/// "tip-1" and "tip-2", `along` [m] out on the third links.
+/// "tip-1" and "tip-2", `along` [m] from the joints of the third links.
 std::vector<FrameDescription> thesis_tips(double along = 1, const Units& units = {});
 /// A solid sphere of 10 kg, 0.5 m radius, free.
 BodyDescription thesis_target(const std::string& name, const Units& units = {});
 
-/// The robot's total momentum zero, with the joint rates in `state` (indices: bodies "base" and its tree).
+/// Sets the base's twist to zero total momentum of the robot, with the joint rates in `state`.
 void stop_momentum(const Model& model, State& state);
 
 /// Configuration of the reference impulses: base (0, 0.0194, 0.6762), joints at Table 4.3's final angles, two targets

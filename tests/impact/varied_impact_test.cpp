@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace varied_impact_test {
 
-// What the derivatives are made of: values are those of the ordinary kernels, bit for bit or to rounding.
+// Values of the dual numbers match those of the plain kernels, bit for bit or up to rounding.
 TEST(VariedImpact, ValuesMatchPlainKernels) {
   Worst worst("M, J and D from dual numbers");
   for (int i = 0; i < 40; ++i) {
@@ -28,7 +28,7 @@ TEST(VariedImpact, ValuesMatchPlainKernels) {
   }
 }
 
-// Mass matrix and Jacobian along a motion of all coordinates, spherical joints and free roots included.
+// Mass matrix and Jacobian along a motion of all coordinates, including spherical joints and free roots.
 TEST(VariedImpact, DerivativesOfTheKernels) {
   Worst mass("M'"), jacobian("J'");
   for (int i = 0; i < 40; ++i) {
@@ -43,7 +43,7 @@ TEST(VariedImpact, DerivativesOfTheKernels) {
     const auto moved = [&](double step) {
       State s = c.state;
       for (std::size_t n = 0; n < s.q.size(); ++n) s.q[n] += step * rates[n];
-      return s;  // quaternions lose their unit length in second order only
+      return s;  // the error of the quaternions' unit length is of second order
     };
     const double h = 1e-5;
     const State up = moved(h), down = moved(-h);

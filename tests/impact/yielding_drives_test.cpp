@@ -23,10 +23,10 @@ struct ArmOptions {
   int joints = 6;
   bool free_base = true;
   bool slides = false;  // every second joint is prismatic
-  bool rotors = false;  // of different sizes; else the model states none
+  bool rotors = false;  // of different sizes; otherwise the model has none
 };
 
-// Arms of one base that meet one target where their tips are, everything moving.
+// Arms of one base that grasp one target at their tips. All bodies move.
 ImpactCase arms_on_one_target(const ArmOptions& options, int index) {
   Random random(70000 + index);
   ModelBuilder builder;
@@ -74,7 +74,7 @@ std::vector<HeldRate> all_joints_as_they_are(const ImpactCase& c) {
   return held;
 }
 
-// The prescribed rates of drives: the current rate, zero, or any other; for a part of all joints.
+// Commanded rates for some of the joints: the current rate, zero, or a random rate.
 std::vector<HeldRate> any_rates(const ImpactCase& c, Random& random) {
   std::vector<HeldRate> held;
   for (HeldRate rate : all_joints_as_they_are(c)) {
@@ -90,7 +90,7 @@ bool any_was_overpowered(const ImpactCase& c, std::span<const HeldRate> held, st
   return std::find(was_overpowered.begin(), was_overpowered.end(), true) != was_overpowered.end();
 }
 
-// The same robot with rotors of `factor` times J_r besides its own: the impact is then that of free joints.
+// The same robot with additional rotor inertias of `factor` times J_r, for an impact with free joints.
 Model with_rotors(const Model& model, double factor) {
   ModelBuilder builder;
   for (const Body& body : model.bodies()) {
@@ -114,7 +114,7 @@ std::vector<ArmOptions> robots() {
           {2, 5, false, true}};
 }
 
-// The limit itself: real rotors in the model, joints that nothing holds, no code of yielding drives.
+// The defining limit: large rotors in the model and free joints, without the code of overpowered drives.
 TEST(YieldingDrives, LimitOfHeavyRotors) {
   Worst last("difference at 1e6 rotor inertias");
   for (std::size_t r = 0; r < robots().size(); ++r) {
@@ -130,7 +130,7 @@ TEST(YieldingDrives, LimitOfHeavyRotors) {
         const ImpactSolution s = plastic_impact(heavy, c.state, c.grasps);
         difference[k] = (eigen(s.velocity) - eigen(limit.velocity)).norm() / eigen(c.state.v).norm();
       }
-      // Like 1/factor. Measured 0.96 to 1.02 and 1.000 to 1.001.
+      // Proportional to 1/factor. Measured 0.96 to 1.02 and 1.000 to 1.001.
       EXPECT_NEAR(0.5 * std::log10(difference[1] / difference[2]), 1, 0.05);
       EXPECT_LT(last.note(difference[2], static_cast<int>(r)), 1e-3);
       EXPECT_LT(difference[1], 0.1 * difference[0]);
@@ -138,7 +138,7 @@ TEST(YieldingDrives, LimitOfHeavyRotors) {
   }
 }
 
-// An orthonormal basis of what A takes to zero.
+// An orthonormal basis of the null space of A.
 Eigen::MatrixXd kernel(const Eigen::MatrixXd& A) {
   Eigen::FullPivLU<Eigen::MatrixXd> lu(A);
   lu.setThreshold(1e-9);
@@ -148,7 +148,7 @@ Eigen::MatrixXd kernel(const Eigen::MatrixXd& A) {
          Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
 }
 
-// The robot's root, not a target's.
+// Whether the robot has a free root; targets are ignored.
 bool floats(const Model& model) {
   for (const char* base : {"b0", "base"}) {
     for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -158,7 +158,7 @@ bool floats(const Model& model) {
   return false;
 }
 
-// Brakes and rates of any kind, on random trees with up to six grasps: the definition's two minima, without
+// Brakes and random rates on random trees with up to six grasps: the two minima of the definition, checked without
 // self-stresses.
 TEST(YieldingDrives, MinimumDeviationOfRates) {
   Worst grasps("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
@@ -176,10 +176,10 @@ TEST(YieldingDrives, MinimumDeviationOfRates) {
     const Eigen::VectorXd v = eigen(c.state.v), after = eigen(s.velocity);
     const auto m = static_cast<Eigen::Index>(held.size());
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m, v.size());
-    Eigen::VectorXd told(m), weight(m), drive(m);
+    Eigen::VectorXd commanded(m), weight(m), drive(m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const HeldRate& h = held[static_cast<std::size_t>(k)];
-      H(k, h.velocity) = 1, told[k] = h.after, drive[k] = s.held_impulses[static_cast<std::size_t>(k)];
+      H(k, h.velocity) = 1, commanded[k] = h.after, drive[k] = s.held_impulses[static_cast<std::size_t>(k)];
       weight[k] = drive_inertia(c.model, h.velocity);
     }
     // Grasps and momentum are satisfied for any prescribed rates.
@@ -207,11 +207,11 @@ TEST(YieldingDrives, MinimumDeviationOfRates) {
         slides +=
             c.model.bodies()[b].v == h.velocity && c.model.bodies()[b].description.joint.type == JointType::prismatic;
     }
-    // All velocities that the grasps allow, N z, and those among them that no drive feels: neither sum of squares falls
-    // along any.
+    // First minimum: over all velocities N z that satisfy the grasps. Second minimum: over those that do not move any
+    // drive. The gradients along these directions vanish.
     const Eigen::MatrixXd N = kernel(J);
-    const Eigen::VectorXd jump = weight.asDiagonal() * (H * after - told);
-    ASSERT_GT(jump.norm(), 1e-6 * (weight.asDiagonal() * told).norm());
+    const Eigen::VectorXd jump = weight.asDiagonal() * (H * after - commanded);
+    ASSERT_GT(jump.norm(), 1e-6 * (weight.asDiagonal() * commanded).norm());
     EXPECT_LT(first.note((N.transpose() * (H.transpose() * jump)).norm() / jump.norm(), i), 1e-9);
     const Eigen::MatrixXd still = N * kernel(H * N);
     EXPECT_LT(second.note((still.transpose() * (M * (after - v))).norm() / (M * v).norm(), i), 1e-9);
@@ -222,14 +222,14 @@ TEST(YieldingDrives, MinimumDeviationOfRates) {
   EXPECT_GT(slides, 100);
 }
 
-// The impact that its drives can keep is the one it was, to the bit.
+// Without contradiction the drives keep their commanded rates exactly.
 TEST(YieldingDrives, UnchangedWithoutContradiction) {
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));
     const ImpactCase c = arms_on_one_target(robots()[static_cast<std::size_t>(index) % 6], 300 + index);
     std::vector<HeldRate> brakes = all_joints_as_they_are(c), one_arm;
     for (HeldRate& h : brakes) h.after = 0;
-    // The first arm's rates alone never contradict anything while the others are free and reach all six directions.
+    // The rates of the first arm alone are consistent if the other arms are free and have six degrees of freedom.
     for (const HeldRate& h : all_joints_as_they_are(c)) {
       const int joints = robots()[static_cast<std::size_t>(index) % 6].joints;
       if (joints >= 6 && static_cast<int>(one_arm.size()) < joints) one_arm.push_back(h);
@@ -283,7 +283,7 @@ TEST(YieldingDrives, OverpoweredByClosedGraspsInOtherLaws) {
     const Eigen::VectorXd u = J * v;
     EXPECT_LT(thrown.note((J * eigen(back.solution.velocity) + 0.5 * u).norm() / u.norm(), index), 1e-10);
     EXPECT_LT(back.solution.generalized_momentum_residual, 1e-10);
-    // The last grasp holds no longer: it is a contact of an arm that is free to yield. Two arms still hold a loop.
+    // The last grasp is replaced by a contact of an arm with free joints. The other two arms still form a loop.
     if (c.grasps.size() < 3) continue;
     const std::vector<Grasp> closed(c.grasps.begin(), c.grasps.end() - 1);
     const std::vector<HeldRate> two(held.begin(), held.end() - robots()[static_cast<std::size_t>(index) % 6].joints);

@@ -22,7 +22,7 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A folder that is removed with what is in it.
+/// A temporary folder, removed with its contents.
 class ModelFolder {
  public:
   ModelFolder()
@@ -38,7 +38,7 @@ class ModelFolder {
   ModelFolder& operator=(const ModelFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// Writes a file, in folders that it makes, and returns its path.
+  /// Writes a file, creates its folders and returns its path.
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     const std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());

@@ -1,4 +1,4 @@
-// grapnel import as its users run it.
+// The command `grapnel import`: exit codes, files, messages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TEST_F(ImportProgram, WritesARobotFileThatInfoReads) {
   EXPECT_EQ(direct.out, info.out);
 }
 
-TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
+TEST_F(ImportProgram, ReportsAllErrorsWithTheirPlaces) {
   const Outcome refused = run("import " + corpus("impossible-inertia.urdf") + " -o robot.yaml");
   EXPECT_EQ(refused.code, 2);
   EXPECT_EQ(refused.out, "");
@@ -77,14 +77,14 @@ TEST_F(ImportProgram, NamesInLatin1AndLongOnes) {
   ASSERT_EQ(info.code, 0) << info.err;
   EXPECT_THAT(info.out, HasSubstr("\nb\xc3\xa9 "));
   EXPECT_EQ(run("info m.urdf").out, info.out);
-  // Columns begin where their headings do.
+  // Columns align with their headings.
   const auto line_with = [&](const std::string& begin) {
     const std::size_t at = info.out.find("\n" + begin) + 1;
     return info.out.substr(at, info.out.find('\n', at) - at);
   };
   const std::string head = line_with("body "), body = line_with(longest + " ");
   EXPECT_EQ(head.find("parent"), body.find("b\xc3\xa9"));
-  // Behind it by a byte more: the character has two.
+  // Later columns are one byte further: the character has two bytes.
   EXPECT_EQ(head.find("joint") + 1, body.find(longest + "_joint"));
   EXPECT_EQ(head.find("type") + 1, body.find("continuous"));
   EXPECT_EQ(head.size() + 1, body.size());

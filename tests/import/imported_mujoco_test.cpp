@@ -1,5 +1,5 @@
-// Robots as `grapnel import` makes them from URDF and MJCF files, read back as robot files: their mass matrix and bias
-// against MuJoCo's on the same source file, at random states.
+// Robot files that `grapnel import` creates from URDF and MJCF files: mass matrix and bias against MuJoCo's from the
+// same source file, at random states.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,13 +18,13 @@ namespace imported_mujoco_test {
 
 using namespace testing;
 
-constexpr double kBound = 1e-10;  // the issue's
+constexpr double kBound = 1e-10;  // required agreement
 
 struct Case {
   const char* file;
   const char* base;  // MuJoCo's name of the floating body; null: the base is fixed in MuJoCo
   int velocities;
-  bool is_turned = false;  // MuJoCo seeks principal axes (kTurnedAxes)
+  bool is_turned = false;  // MuJoCo computes principal axes (kTurnedAxes)
   std::map<std::string, double> held = {};
 };
 
@@ -41,7 +41,7 @@ const Case kCases[] = {
     {"mjcf/bounds.xml", "bus", 9},
     {"mjcf/includes.xml", "bus", 8},
     {"mjcf/target_beside.xml", "chaser", 7},
-    // The second finger follows the first, and stands where it is while that one is at zero.
+    // The second finger follows the first; it is held at its position for the first finger at zero.
     {"mjcf/gripper.xml", "bus", 8, false, {{"finger2", 0.006}}},
 };
 
@@ -55,13 +55,13 @@ Model import(const Case& one) {
   ModelBuilder builder;
   for (BodyDescription body : read_imported(*imported, place, files).bodies) {
     if (body.parent.empty() && one.base == nullptr) body.joint.type = JointType::fixed;
-    if (file.extension() == ".urdf") body.joint.rotor_inertia = 0;  // MuJoCo reads none
+    if (file.extension() == ".urdf") body.joint.rotor_inertia = 0;  // MuJoCo does not read it
     builder.add(std::move(body));
   }
   return builder.build();
 }
 
-// MuJoCo wants all six components of a URDF's inertia; those that are absent are 0 for Grapnel.
+// MuJoCo requires all six components of a URDF inertia; in Grapnel missing ones are 0.
 std::string with_all_components(std::string text) {
   for (std::size_t at = 0; (at = text.find("<inertia ", at)) != std::string::npos; ++at) {
     const std::string element = text.substr(at, text.find('>', at) - at);

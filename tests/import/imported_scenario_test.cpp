@@ -42,7 +42,7 @@ class ImportedScenario : public ::testing::Test {
   }
 
   void write(const std::string& name, const std::string& text) const { files_.write(name, text); }
-  // A scenario of a robot alone; all joints at 0.1.
+  // A scenario with only a robot; all joints at 0.1.
   CaptureProblem load(const std::string& robot, std::vector<Override> overrides = {},
                       const std::string& joints = "[0.1, 0.1]") {
     write("scenario.yaml", "name: s\n" + robot + "\ninitial: {joints: " + joints +
@@ -61,12 +61,12 @@ class ImportedScenario : public ::testing::Test {
     return {};
   }
 
-  // A campaign of the scenario that load() wrote: 'uncertain' and what else it says.
+  // A campaign of the scenario that load() wrote. `text`: 'uncertain' and further keys.
   Campaign campaign(const std::string& text) {
     write("campaign.yaml", "name: c\nscenario: scenario.yaml\ncases: 5\nseed: 3\n" + text);
     return load_campaign(folder_ / "campaign.yaml");
   }
-  // The problem of a case is the scenario's with its draws, and so is the scenario that is written of it. `drawn` are
+  // The problem of a case, and the scenario written for the case, equal the scenario with the drawn values. `drawn`:
   // the paths of the inputs.
   void expect_cases(const Campaign& drawing, const std::string& robot, const std::vector<std::string>& drawn,
                     std::vector<Override> set, const std::string& joints) {
@@ -112,7 +112,7 @@ TEST_F(ImportedScenario, TakesAUrdfFileAndTheChoicesOfImport) {
   EXPECT_EQ(chosen.robot.bodies.size(), 2u);
   EXPECT_EQ(chosen.robot.end_effectors[0].name, "battery");
   EXPECT_NE(chosen.sha256, problem.sha256);
-  // The same by --set, in whatever order.
+  // The same with --set, in any order.
   const CaptureProblem set =
       load("robot: models/massless-root.urdf",
            {{"robot.base.mass", "77"}, {"import.lock.elbow", "0.2"}, {"import.base", "lower"}}, "[0.1]");
@@ -153,7 +153,7 @@ TEST_F(ImportedScenario, PutsAnArmOnABus) {
   const RobotSetup& robot = problem.robot;
   EXPECT_EQ(robot.base, "satellite");
   EXPECT_EQ(robot.bodies[0].mass, 500);
-  ASSERT_EQ(robot.bodies.size(), 4u);  // the mount has no mass: no body
+  ASSERT_EQ(robot.bodies.size(), 4u);  // the massless mount is not a body
   const BodyDescription& upper = carried_by(robot, "shoulder");
   EXPECT_EQ(upper.parent, "satellite");
   EXPECT_NEAR(upper.X_PF.p[0], 0.5, 1e-15);
@@ -189,7 +189,7 @@ TEST_F(ImportedScenario, PutsArmsOnABusWithPrefixes) {
   std::vector<std::string> tips;
   for (const EndEffectorSetup& one : problem.robot.end_effectors) tips.push_back(one.name);
   EXPECT_THAT(tips, ::testing::ElementsAre("hook", "left-tool", "right-tool", "third-tip"));
-  // A choice of an arm, by --set.
+  // Options of an arm, changed with --set.
   const CaptureProblem moved =
       load(robot, {{"robot.base.mass", "600"}, {"robot.arms[0].mount.position", "[0, 0.5, 0]"}},
            "[0.1, 0.1, 0.1, 0.1, 0.1]");
@@ -198,7 +198,7 @@ TEST_F(ImportedScenario, PutsArmsOnABusWithPrefixes) {
   EXPECT_NE(moved.sha256, problem.sha256);
 }
 
-// Poses in the file are computed with where its base is no body.
+// Poses in the file are transformed if its base is not a body.
 TEST_F(ImportedScenario, AnArmFromARobotFileMayHaveABaseWithoutMassAndUnits) {
   write("arm.yaml",
         "base: {name: mount}\nlinks:\n  - {name: rod, parent: mount, joint: {name: hinge, type: revolute, axis: [0, 0, "
@@ -251,7 +251,7 @@ TEST_F(ImportedScenario, LocksHaveTheUnitOfTheirJoint) {
               HasSubstr("joint 'shoulder' turns, so it is locked at an angle"));
 }
 
-TEST_F(ImportedScenario, CampaignsVaryChoicesAndWhatTheImportMakes) {
+TEST_F(ImportedScenario, CampaignsVaryChoicesAndImportedValues) {
   const std::string robot = "robot: models/massless-root.urdf\nimport: {lock: {elbow: 10 cm}}";
   load(robot, {}, "[0.1]");
   const std::string lock = "  - {path: import.lock.elbow, uniform: {from: 10 cm, to: 20 cm}}\n";
@@ -262,7 +262,7 @@ TEST_F(ImportedScenario, CampaignsVaryChoicesAndWhatTheImportMakes) {
   EXPECT_NE(drawn.problem(0).problem.robot.bodies[0].mass, drawn.problem(1).problem.robot.bodies[0].mass);
   EXPECT_NE(body_of(drawn.problem(0).problem.robot, "upper").com[2],
             body_of(drawn.problem(1).problem.robot, "upper").com[2]);
-  // What is set in the robot that an uncertain choice makes, for all cases and at points of a design.
+  // Values set in a robot with uncertain import options, for all cases and at points of a design.
   expect_cases(campaign("set: {robot.base.mass: 71}\nuncertain:\n" + lock), robot, {"import.lock.elbow"},
                {{"robot.base.mass", "71"}}, "[0.1]");
   expect_cases(campaign("set: {robot.base.mass: 71}\nuncertain:\n" + lock + mass), robot, both, {}, "[0.1]");
@@ -282,11 +282,11 @@ TEST_F(ImportedScenario, CampaignsVaryMountsAndTheBus) {
                {}, joints);
 }
 
-TEST_F(ImportedScenario, SaysWhatIsWrongWithArmsOnABus) {
+TEST_F(ImportedScenario, ReportsErrorsOfArmsOnABus) {
   EXPECT_THAT(
       faults("robot: {bus: bus.yaml, arms: [{file: models/arm.urdf}, {file: models/arm.urdf}]}"),
       HasSubstr("end-effector 'tool' exists on the bus; give the arm a prefix (prefix: left-; --prefix left-)"));
-  // A base without a name is called base; one without mass is no body.
+  // A base without a name is named base; a massless base is not a body.
   write("bus-2.yaml", "base: {mass: 300, inertia: [30, 40, 50]}\n");
   write("arm.yaml", "base: {mass: 2, inertia: [0.1, 0.1, 0.1]}\n");
   EXPECT_THAT(faults("robot: {bus: bus-2.yaml, arms: [{file: arm.yaml}]}"), HasSubstr("link 'base' exists on the bus"));

@@ -1,5 +1,4 @@
-// Everything in an MJCF file that would change the motion and is not supported is an error at its place; what has no
-// influence is said.
+// Unsupported MJCF elements that affect the motion are errors with a location; elements without influence are reported.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +13,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A robot of two bodies, modified by each test. The joint's attributes are in line 7 from column 14
-// on, the arm's other contents in line 8, what else the model has in line 10.
+// A robot of two bodies, modified by each test. The joint's attributes are in line 7 from column 14 on, the arm's other
+// contents in line 8, the model's other contents in line 10.
 struct Changed {
   std::string root = {};                    // after <mujoco>, line 2
   std::string free_joint = "<freejoint/>";  // line 5
@@ -61,7 +60,7 @@ TEST_P(MjcfRefuses, WithThePlace) {
 }
 
 const Refused kRefused[] = {
-    // What acts on joints.
+    // Forces on joints.
     {"stiffness", {.joint = "name='elbow' stiffness='3'"}, "7:21", "stiffness of <joint> is 3: springs"},
     {"stiffness_of_a_class",
      {.root = "<default><joint stiffness='3'/></default>"},
@@ -109,7 +108,7 @@ const Refused kRefused[] = {
     {"muscle", {.rest = "<actuator><muscle joint='elbow'/></actuator>"}, "10:12", "driven by a <muscle>"},
     {"drive_of_nothing", {.rest = "<actuator><motor joint='elbo'/></actuator>"}, "10:18", "there is no joint 'elbo'"},
     {"unknown_drive", {.rest = "<actuator><moto joint='elbow'/></actuator>"}, "10:12", "did you mean 'motor'?"},
-    // What makes more than the file shows.
+    // Elements that generate further elements.
     {"composite", {.arm = "<composite type='cable'/>"}, "8:2", "<composite> is not supported"},
     {"flexcomp", {.arm = "<flexcomp type='grid'/>"}, "8:2", "<flexcomp> is not supported"},
     {"replicate", {.arm = "<replicate count='3'/>"}, "8:2", "<replicate> is not supported"},
@@ -269,7 +268,7 @@ TEST(MjcfFaults, DeepAndLongFilesAreRefused) {
               ElementsAre(HasSubstr("more than 200000 elements")));
 }
 
-// ---- What is passed over, and said ----
+// ---- Ignored elements, with a report ----
 
 TEST(MjcfDecisions, IgnoredElementsAreReportedOncePerKind) {
   const ReadMjcf robot = read({.root = "<option timestep='0.002'/><visual/>",
@@ -297,7 +296,7 @@ TEST(MjcfDecisions, TextIsPassedOverAsByMujoco) {
 }
 
 TEST(MjcfDecisions, OmittedBodiesAreNamed) {
-  // What would be refused in the robot is no fault there.
+  // Elements that are rejected in the robot are allowed in omitted bodies.
   const ReadMjcf robot =
       read({.root = "<worldbody><geom type='plane' size='1 1 1'/><body name='chair'><joint type='ball'/>"
                     "</body><body name='target'><freejoint/></body></worldbody>"});

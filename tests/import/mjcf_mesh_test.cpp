@@ -1,4 +1,4 @@
-// Inertia from closed meshes: against formulas, and which meshes give none.
+// Inertia from closed meshes: against closed forms, and meshes without a defined inertia.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST(MeshSolid, OfABoxAndATetrahedron) {
                                    V / 80 * a * c,
                                    V / 80 * b * c};
   expect_solid(solid_within(*tetrahedron(a, b, c).mesh(), {1, 1, 1}), V, {a / 4, b / 4, c / 4}, of_tetrahedron);
-  // The same scaled by axis, and as its own mirror image turned inside out.
+  // The same tetrahedron scaled per axis, and mirrored by a negative scale.
   expect_solid(solid_within(*tetrahedron(10, 4, 1).mesh(), {0.1, 0.5, 3}), V, {a / 4, b / 4, c / 4}, of_tetrahedron);
   expect_solid(solid_within(*tetrahedron(-a, b, c).mesh(), {-1, 1, 1}), V, {a / 4, b / 4, c / 4}, of_tetrahedron);
   Surface inside_out = box();

@@ -1,5 +1,5 @@
-// What is read from MJCF files, against what MuJoCo reads from the same files: mass matrix and bias at random states,
-// places of sites and shapes, limits and friction.
+// MJCF files read by Grapnel and by MuJoCo: mass matrix and bias at random states, poses of sites and shapes, limits
+// and friction.
 #include <gtest/gtest.h>
 #include <mujoco/mjmodel.h>
 
@@ -19,14 +19,14 @@ namespace mjcf_mujoco_test {
 
 using namespace testing;
 
-constexpr double kBound = 1e-10;  // the issue's
+constexpr double kBound = 1e-10;  // required agreement
 
 struct Case {
   const char* file;
   bool floats;
-  int velocities;                // that the robot has: a file that lost its joints would agree trivially
-  bool is_turned = false;        // MuJoCo seeks principal axes (kTurnedAxes)
-  const char* mujoco = nullptr;  // the same robot in another file, if MuJoCo is to read that one
+  int velocities;                // expected number; a file without joints would agree trivially
+  bool is_turned = false;        // MuJoCo computes principal axes (kTurnedAxes)
+  const char* mujoco = nullptr;  // the same robot in another file for MuJoCo; null: the same file
   const char* name = file;
 };
 
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Corpus, MjcfFile, ::testing::ValuesIn(kCases),
 
 // ---- Shapes ----
 
-// Size and place of a primitive as MuJoCo has them, in Grapnel's terms.
+// MuJoCo's size of a primitive in Grapnel's convention.
 Vector3d grapnel_size(const MujocoFile::GeomData& geom) {
   const Vector3d& s = geom.size;
   switch (geom.type) {
@@ -153,7 +153,7 @@ TEST(MjcfShapes, PosesMatchMujoco) {
       for (std::size_t i = 0; i < geoms.size(); ++i) {
         const Posed X = X_WL * link.shapes[i].shape.X_BG, X_theirs = theirs.body_pose(link.name) * geoms[i].X_BG;
         EXPECT_LE((eigen(X.p) - eigen(X_theirs.p)).norm(), 1e-12);
-        // Primitives look the same turned about z as MuJoCo likes; their axes do not.
+        // MuJoCo may rotate primitives about z, which leaves their shape unchanged; only the z axes must agree.
         EXPECT_LE((eigen(X.R.column(2)) - eigen(X_theirs.R.column(2))).norm(), 1e-12);
         EXPECT_LE((eigen(link.shapes[i].shape.size) - eigen(grapnel_size(geoms[i]))).norm(), 1e-12);
         ++compared;
@@ -180,12 +180,12 @@ TEST(MjcfShapes, MeshPosesMatchMujoco) {
       const Vector3d at = shape.X_BG * Vector3d{shape.size[0] * v[0], shape.size[1] * v[1], shape.size[2] * v[2]};
       double nearest = 1;
       for (const Vector3d& other : geoms[i].vertices) nearest = std::min(nearest, norm(at - other));
-      EXPECT_LT(nearest, 1e-7) << i;  // MuJoCo keeps vertices as floats
+      EXPECT_LT(nearest, 1e-7) << i;  // MuJoCo stores vertices in single precision
     }
   }
 }
 
-// MuJoCo computes with vertices and centres of meshes that it keeps as floats.
+// MuJoCo stores vertices and centres of meshes in single precision.
 TEST(MjcfMeshes, HaveMujocosInertia) {
   const auto read_triangles = [](const std::filesystem::path& file, std::string& why_not) {
     FaultList faults;

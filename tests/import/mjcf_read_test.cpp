@@ -1,5 +1,5 @@
-// What of an MJCF file MuJoCo's mass matrix does not show: efforts, couplings, names, and what MuJoCo 2.2 does not
-// know.
+// MJCF contents that a comparison with MuJoCo's mass matrix omits: efforts, couplings, names, and features newer than
+// MuJoCo 2.2.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(MjcfEffort, IsGearTimesTheActuatorsRange) {
   EXPECT_EQ(robot.joint("left_shoulder").effort, 80);   // gear of the default class, ctrlrange -1 to 1
   EXPECT_EQ(robot.joint("left_elbow").effort, 20);      // own gear 40, forcerange -0.5 to 0.5
   EXPECT_EQ(robot.joint("left_wrist").effort, 12.5);    // gear of its class
-  EXPECT_EQ(robot.joint("right_slide").effort, 2400);   // a servo: forcerange times the gear, which <motor> gave to all
+  EXPECT_EQ(robot.joint("right_slide").effort, 2400);   // a servo: forcerange times the gear, set for all by <motor>
   EXPECT_EQ(robot.joint("right_shoulder").effort, 80);  // gain 2, gear -50: -100 to 80
   EXPECT_FALSE(robot.joint("right_wrist").effort.has_value());
   EXPECT_THAT(robot.decisions("right_shoulder"),
@@ -56,7 +56,7 @@ TEST(MjcfEffort, OfSeveralDrivesAddsUp) {
   EXPECT_FALSE(robot.joint("b").effort.has_value());  // one of them has no limit
   EXPECT_EQ(robot.joint("c").effort, 4);
   EXPECT_THAT(robot.decisions("joint 'c'"), ElementsAre(HasSubstr("give 0 to 4 N; taken is 4 both ways")));
-  EXPECT_FALSE(robot.joint("d").effort.has_value());  // its gear takes everything away
+  EXPECT_FALSE(robot.joint("d").effort.has_value());  // its gear is 0
   EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; no limit is assumed")));
 }
 
@@ -68,7 +68,7 @@ TEST(MjcfEffort, IsLimitedAtTheJointToo) {
   EXPECT_EQ(read_mjcf_text(chain("", " actuatorfrcrange='-15 15'")).joint("a").effort, 15);
 }
 
-// A range beyond another one: MuJoCo clamps, so that what remains is the nearest bound.
+// Disjoint ranges: MuJoCo clamps, so the effort is the nearest bound.
 TEST(MjcfEffort, OfRangesApartIsTheBoundBetweenThem) {
   const ReadMjcf robot = read_mjcf_text(
       chain("<actuator><motor joint='a' ctrlrange='2 4' forcerange='-1 1.5'/><motor joint='b' ctrlrange='-9 "
@@ -86,7 +86,7 @@ TEST(MjcfEffort, OfServosComesFromForcesOnly) {
                            "<general joint='d' ctrlrange='-3 3' biastype='none' forcelimited='false'/></actuator>"));
   ASSERT_THAT(robot.faults, IsEmpty());
   EXPECT_EQ(robot.joint("a").effort, 7);
-  EXPECT_EQ(robot.joint("b").effort, 7);  // the class made it a servo
+  EXPECT_EQ(robot.joint("b").effort, 7);  // a servo by its class
   EXPECT_EQ(robot.joint("c").effort, 3);
   EXPECT_EQ(robot.joint("d").effort, 3);
   EXPECT_THAT(robot.decisions("control law"), SizeIs(1));
@@ -97,7 +97,7 @@ TEST(MjcfEffort, OfMotorsHasNoGainOfTheirClass) {
       read_mjcf_text(chain("<default><general gainprm='2'/></default><actuator><motor joint='a' ctrlrange='-3 3'/>"
                            "<general joint='b' ctrlrange='-3 3'/></actuator>"));
   ASSERT_THAT(robot.faults, IsEmpty());
-  EXPECT_EQ(robot.joint("a").effort, 3);  // <motor> says gain 1
+  EXPECT_EQ(robot.joint("a").effort, 3);  // <motor> sets gain 1
   EXPECT_EQ(robot.joint("b").effort, 6);
 }
 
@@ -208,33 +208,33 @@ TEST(MjcfMeshes, ArePathsAsMujocoResolvesThem) {
 // ---- Damage ----
 
 std::string damaged(std::string text, Random& random) {
-  static const std::vector<std::string> kPieces{"<",
-                                                ">",
-                                                "/>",
-                                                "'",
-                                                "\"",
-                                                "&",
-                                                "&amp;",
-                                                "=",
-                                                "<!--",
-                                                "-->",
-                                                "<body>",
-                                                "</body>",
-                                                "nan",
-                                                "inf",
-                                                "1e308",
-                                                "-1e308",
-                                                "1e-320",
-                                                "0",
-                                                "-1",
-                                                "<include file='robot.xml'/>",
-                                                "\xff",
-                                                "\xc3\xa9",
-                                                "<![CDATA[",
-                                                "]]>",
-                                                "<?xml?>",
-                                                "<default class='x'>",
-                                                "99999999999999999999"};
+  static const std::vector<std::string> kFragments{"<",
+                                                   ">",
+                                                   "/>",
+                                                   "'",
+                                                   "\"",
+                                                   "&",
+                                                   "&amp;",
+                                                   "=",
+                                                   "<!--",
+                                                   "-->",
+                                                   "<body>",
+                                                   "</body>",
+                                                   "nan",
+                                                   "inf",
+                                                   "1e308",
+                                                   "-1e308",
+                                                   "1e-320",
+                                                   "0",
+                                                   "-1",
+                                                   "<include file='robot.xml'/>",
+                                                   "\xff",
+                                                   "\xc3\xa9",
+                                                   "<![CDATA[",
+                                                   "]]>",
+                                                   "<?xml?>",
+                                                   "<default class='x'>",
+                                                   "99999999999999999999"};
   const auto below = [&](std::size_t n) {
     return static_cast<std::size_t>(random.integer(0, static_cast<int>(n) - 1));
   };
@@ -251,7 +251,7 @@ std::string damaged(std::string text, Random& random) {
         text.erase(at, 1 + below(40));
         break;
       case 3:
-        text.insert(at, kPieces[below(kPieces.size())]);
+        text.insert(at, kFragments[below(kFragments.size())]);
         break;
       case 4:
         text.insert(at, text.substr(below(text.size()), below(200)));
@@ -268,7 +268,7 @@ std::string damaged(std::string text, Random& random) {
 
 bool is_finite(const Posed& X) { return eigen(X.p).allFinite() && eigen(X.R).allFinite(); }
 
-// Whatever happens to a file, it is read, or refused with a fault; what is read is finite and hangs together.
+// A damaged file is read or rejected with an error; the model read is finite and connected.
 TEST(MjcfMutations, AreReadOrRefused) {
   const ModelFolder folder;
   std::filesystem::copy(corpus("mjcf/parts"), folder.path() / "parts");

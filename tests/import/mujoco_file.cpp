@@ -64,7 +64,7 @@ void MujocoFile::set_state(const Model& model, const std::string& base, const St
       T_(v, b.v) = 1;
       continue;
     }
-    // MuJoCo counts [linear in W; angular in B], and its linear acceleration is that of the body's origin.
+    // MuJoCo orders velocities as [linear in W; angular in B]; its linear acceleration is that of the body's origin.
     const Rotationd R = root_pose(model, state, static_cast<int>(i)).R;
     const Vector3d angular = vector(&state.v[b.v]), linear = vector(&state.v[b.v + 3]);
     write(R * linear, data_->qvel + v);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A model that MuJoCo itself read from an MJCF or URDF file, and its answers in Grapnel's coordinates.
+/// A model that MuJoCo reads from an MJCF or URDF file, with results in Grapnel's coordinates.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -17,7 +17,7 @@ struct mjData_;
 
 namespace grapnel::testing {
 
-/// Joints of both are matched by their names, a floating base by that of its body.
+/// Joints are matched by name, a floating base by the name of its body.
 class MujocoFile {
  public:
   /// @throws std::runtime_error with MuJoCo's message if it does not read the file.
@@ -26,16 +26,16 @@ class MujocoFile {
   MujocoFile(const MujocoFile&) = delete;
   MujocoFile& operator=(const MujocoFile&) = delete;
 
-  /// Puts the robot into a state and computes, without gravity. `base`: MuJoCo's name of the floating base's body;
-  /// `held`: values of joints that only MuJoCo moves.
+  /// Sets the state and evaluates MuJoCo's model without gravity. `base`: MuJoCo's name of the floating base's body;
+  /// `held`: values of joints that move only in MuJoCo.
   void set_state(const Model& model, const std::string& base, const State& state,
                  const std::map<std::string, double>& held = {});
-  /// In Grapnel's velocities, after set_state().
+  /// The mass matrix in Grapnel's velocities, after set_state().
   Eigen::MatrixXd mass_matrix() const;
   Eigen::VectorXd bias() const;
   Posed body_pose(const std::string& body) const;  // in the world
   Posed site_pose(const std::string& site) const;
-  /// The number of velocities that the file has.
+  /// The number of velocities of MuJoCo's model.
   int velocities() const;
 
   struct JointData {
@@ -70,14 +70,13 @@ class MujocoFile {
   Eigen::VectorXd turned_;  // dT/dt v
 };
 
-/// MuJoCo keeps inertias as principal moments and axes. It seeks the axes of bodies with products of inertia, with
-/// several geoms, or fused from several, by Jacobi rotations, and stops when one turns by less than 1.4e-6 rad: by up
-/// to so much of their size such tensors differ from the exact ones, while masses and centres of mass agree to
-/// rounding.
+/// MuJoCo stores inertias as principal moments and axes. For bodies with products of inertia, several geoms or fused
+/// links it computes the axes by Jacobi rotations, and stops at a rotation below 1.4e-6 rad. The relative error of
+/// these tensors is up to this value; masses and centres of mass agree to rounding error.
 constexpr double kTurnedAxes = 1e-6;
 
 /// The model with MuJoCo's inertias of moving bodies, so that all other values can be compared to rounding error.
-/// `difference` notes by how much each differed.
+/// `difference` records the difference of each inertia.
 Model with_inertias_of(const MujocoFile& theirs, const Model& ours, Worst& difference);
 
 }  // namespace grapnel::testing

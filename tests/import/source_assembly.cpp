@@ -9,7 +9,7 @@ namespace grapnel::testing {
 namespace {
 
 struct Lump {
-  int carrier = -1;                // the link whose joint moves it; the root's own index for the base
+  int carrier = -1;                // the link whose joint moves it; for the base, the index of the root
   Posed X_CL = Posed::identity();  // in the carrier's frame
 };
 
@@ -39,7 +39,7 @@ Model assemble_source(const SourceModel& source, bool free_root) {
   std::vector<const SourceJoint*> carrier(source.links.size(), nullptr);
   for (const SourceJoint& joint : source.joints) carrier.at(index.at(joint.child)) = &joint;
 
-  // Readers hand links over parents first.
+  // Readers list parents before children.
   std::vector<Lump> lumps(source.links.size());
   std::vector<RigidBodyInertiad> inertia(source.links.size(), RigidBodyInertiad::zero());
   for (std::size_t i = 0; i < source.links.size(); ++i) {
@@ -65,7 +65,7 @@ Model assemble_source(const SourceModel& source, bool free_root) {
     if (joint == nullptr) {
       body.joint.type = free_root ? JointType::free : JointType::fixed;
       body.joint.name = "root";
-      // What a fixed root weighs has no influence, but it has to weigh something.
+      // The mass of a fixed root has no influence but must be positive.
       if (!free_root && !(own.mass > 0))
         own = RigidBodyInertiad::about_com(1, Vector3d::zero(), Symmetric3d::diagonal(1, 1, 1));
     } else {

@@ -1,4 +1,4 @@
-// What a URDF becomes: numbers by independent routes, decisions by their words.
+// Robots from URDF files: values against independent computations, and texts of the import decisions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,7 +77,7 @@ TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
   const Eigen::Matrix3d I = (Eigen::Matrix3d() << 0.02, 0.01, 0, 0.01, 0.15, 0, 0, 0, 0.16).finished();
   EXPECT_LT((eigen(body_of(robot, "upper").inertia) - R * I * R.transpose()).norm(), 1e-15);
 
-  // What needs no computing keeps its digits.
+  // Values that need no computation are exact.
   EXPECT_EQ(body_of(robot, "lower").inertia.xx, 0.05);
   EXPECT_EQ(body_of(robot, "lower").com[1], 0.2);
 
@@ -124,7 +124,7 @@ TEST(UrdfAssembly, WrittenFileReadsBackAsTheSameRobotWithDecisions) {
   }
 }
 
-// Kinetic energy of a robot whose bodies move as the joints' values and rates and one body's pose and twist say.
+// Joint values and rates; the pose and twist of one body complete the state for the kinetic energy.
 struct Motion {
   std::map<std::string, double> q, rate;  // by joint
 };
@@ -165,7 +165,7 @@ TEST(UrdfAssembly, AnotherBaseIsTheSameMechanism) {
     other.robot = robot_of(from_base);
     EXPECT_EQ(other.robot.base, base);
     const CaptureSystem base_system = make_servicer(other);
-    // The limits belong to the same values.
+    // Limits and rotors belong to the same joint values.
     EXPECT_EQ(carried_by(other.robot, "j1").joint.limits.lower, -1);
     EXPECT_EQ(carried_by(other.robot, "j1").joint.rotor_inertia, 0.01);
 
@@ -236,7 +236,7 @@ TEST(UrdfAssembly, LimitsThatAreNone) {
   EXPECT_THAT(imported.decisions, HasSubstr("limits of a continuous joint have no meaning"));
   EXPECT_THAT(imported.decisions,
               HasSubstr("joint 'only_effort': <limit> has no lower and no upper; no limits are assumed"));
-  EXPECT_TRUE(robot.geometry.empty());  // the floor of the world is no part of the robot
+  EXPECT_TRUE(robot.geometry.empty());  // the floor of the world link is not part of the robot
 
   ImportOptions locked;
   locked.locked = {{"zero", 0, {}}};
@@ -245,7 +245,7 @@ TEST(UrdfAssembly, LimitsThatAreNone) {
   EXPECT_EQ(carried_by(shorter, "partial").parent, "a");
 }
 
-// What the joint feels is the rotor's inertia times the square of the gear ratio, whichever of the two is written.
+// The reflected inertia is the rotor inertia times the squared gear ratio; the file may state either inertia.
 TEST(UrdfAssembly, RotorsAsTheyAreOrAsTheJointFeelsThem) {
   const auto rotor = [](const std::string& dynamics, const std::string& actuator) {
     return import_text(
@@ -276,13 +276,13 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   const RobotSetup robot = robot_of(imported);
   // bus, hand with the right finger and its tip, left finger
   ASSERT_EQ(robot.bodies.size(), 3u);
-  Cloud hand;
-  hand.add(pose(0, 0, 0, 0, 0, 0), 2, Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal());
+  Cloud gripper;
+  gripper.add(pose(0, 0, 0, 0, 0, 0), 2, Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal());
   const Eigen::Isometry3d finger = pose(-0.02 - 0.005, 0, 0.1, 0, 0, 0);
-  hand.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
-  hand.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
-  EXPECT_LT((eigen(body_of(robot, "hand").com) - hand.com()).norm(), 1e-15);
-  EXPECT_LT((eigen(body_of(robot, "hand").inertia) - hand.inertia()).norm(), 1e-15);
+  gripper.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
+  gripper.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
+  EXPECT_LT((eigen(body_of(robot, "hand").com) - gripper.com()).norm(), 1e-15);
+  EXPECT_LT((eigen(body_of(robot, "hand").inertia) - gripper.inertia()).norm(), 1e-15);
   EXPECT_THAT(imported.decisions,
               HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value for 'left' = 0"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
@@ -301,10 +301,10 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   EXPECT_THAT(import_corpus("gripper.urdf", options).decisions,
               HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.035 m, its value for 'left' = 0.03"));
   options.locked = {{"right", -0.01, {}}, {"left", 0.05, {}}};
-  const std::string said = import_corpus("gripper.urdf", options).decisions;
-  EXPECT_THAT(said, HasSubstr("joint 'right' is locked at -0.01 m, as requested\n"));
-  EXPECT_THAT(said, HasSubstr("joint 'left' is locked at 0.05 m, as requested, which is outside its limits"));
-  EXPECT_THAT(said, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.1 rad"));
+  const std::string decisions = import_corpus("gripper.urdf", options).decisions;
+  EXPECT_THAT(decisions, HasSubstr("joint 'right' is locked at -0.01 m, as requested\n"));
+  EXPECT_THAT(decisions, HasSubstr("joint 'left' is locked at 0.05 m, as requested, which is outside its limits"));
+  EXPECT_THAT(decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.1 rad"));
 }
 
 TEST(UrdfAssembly, InertiasThatNoBodyHasAreRefusedOrRepaired) {
@@ -322,7 +322,7 @@ TEST(UrdfAssembly, InertiasThatNoBodyHasAreRefusedOrRepaired) {
   const Imported repaired = import_corpus("impossible-inertia.urdf", options);
   ASSERT_EQ(repaired.faults, "");
   const RobotSetup robot = robot_of(repaired);
-  // (1, 2, 4) is 1 too long along (-1, -1, 1): the nearest point of the plane c = a + b is 1/3 of it away.
+  // (1, 2, 4) violates c <= a + b by 1. The nearest point of the plane c = a + b is 1/3 along (1, 1, -1).
   EXPECT_NEAR(robot.bodies[0].inertia.xx, 4.0 / 3, 1e-14);
   EXPECT_NEAR(robot.bodies[0].inertia.yy, 7.0 / 3, 1e-14);
   EXPECT_NEAR(robot.bodies[0].inertia.zz, 11.0 / 3, 1e-14);
@@ -355,7 +355,7 @@ TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
   EXPECT_GT(changed, 200);
 }
 
-TEST(UrdfAssembly, PlanarModelKeepsItsMomentAndGetsTheOthers) {
+TEST(UrdfAssembly, PlanarModelRetainsItsMomentAndGetsTheOthers) {
   const Imported imported = import_corpus("planar.urdf");
   ASSERT_EQ(imported.faults, "");
   const RobotSetup robot = robot_of(imported);
@@ -399,9 +399,9 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   EXPECT_THAT(imported.decisions, HasSubstr("its scale -1 mirrors it"));
   EXPECT_THAT(imported.decisions, HasSubstr("link 'l2': the visual shape is omitted, a dimension of 0 is not valid"));
   EXPECT_THAT(imported.decisions, HasSubstr("link 'l2' has no supported shape"));
-  EXPECT_THAT(imported.decisions, Not(HasSubstr("bus.dae")));  // its collision shapes do
+  EXPECT_THAT(imported.decisions, Not(HasSubstr("bus.dae")));  // its collision shapes suffice
 
-  // With the package.
+  // With the folder of the package.
   const testing::ModelFolder written;
   const std::filesystem::path& folder = written.path();
   written.write("some_robot/meshes/link.stl", "solid");
@@ -414,7 +414,7 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
     return geometry ? geometry->find("file")->text + " " + flow_text(*geometry->find("scale")) : one.decisions;
   };
   EXPECT_EQ(file_of(import_corpus("shapes.urdf", options)), "../some_robot/meshes/link.stl [0.001, 0.001, 0.002]");
-  // In a folder of its name beside one above the file.
+  // The package folder is a sibling of a parent folder of the file.
   ImportOptions beside;
   beside.source = folder / "work/urdf/shapes.urdf";
   beside.place = folder / "robot.yaml";
@@ -471,7 +471,7 @@ TEST(UrdfAssembly, ArithmeticInAttributes) {
 }
 
 TEST(UrdfAssembly, FilesInOtherEncodings) {
-  // A name with a character that every encoding has elsewhere: e with an acute accent.
+  // A name with e acute, a non-ASCII character.
   const std::string text =
       "<link name='b\xc3\xa9'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>";
   const std::string latin =
@@ -488,14 +488,14 @@ TEST(UrdfAssembly, FilesInOtherEncodings) {
   EXPECT_EQ(name_in("\xef\xbb\xbf" + head("utf-8") + text), "b\xc3\xa9");
   for (const char* encoding : {"ISO-8859-1", "iso_8859-1", "latin1", "Windows-1252", "cp1252", "ISO-8859-15"})
     EXPECT_EQ(name_in(head(encoding) + latin), "b\xc3\xa9") << encoding;
-  // The euro sign is at different places.
+  // The code of the euro sign differs between encodings.
   const std::string euro =
       "<link name='\x80'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>";
   EXPECT_EQ(name_in(head("windows-1252") + euro), "\xe2\x82\xac");
   std::string other = euro;
   other[other.find('\x80')] = '\xa4';
   EXPECT_EQ(name_in(head("ISO-8859-15") + other), "\xe2\x82\xac");
-  // UTF-16, both orders of bytes, with a byte order mark and without.
+  // UTF-16 in both byte orders, with and without a byte order mark.
   std::u16string wide;
   for (const char c : head("UTF-16") + "<link name='b") wide += static_cast<char16_t>(c);
   wide += u'\u00e9';
@@ -510,13 +510,13 @@ TEST(UrdfAssembly, FilesInOtherEncodings) {
     EXPECT_EQ(name_in(bytes), "b\xc3\xa9");
     EXPECT_EQ(name_in((is_big ? "\xfe\xff" : "\xff\xfe") + bytes), "b\xc3\xa9");
   }
-  // No declaration, or a wrong one: read as Windows-1252, and said.
+  // A file with a missing or wrong declaration is read as Windows-1252, with a note.
   std::string note;
   FaultList faults;
   EXPECT_EQ(xml_in_utf8("a.urdf", "<robot name='\xe9'/>", note, faults), "<robot name='\xc3\xa9'/>");
   EXPECT_THAT(note, HasSubstr("is read as Windows-1252"));
   EXPECT_EQ(name_in(head("utf-8") + latin), "b\xc3\xa9");
-  // Faults have the places of characters; other encodings are refused where they matter.
+  // Errors state character positions; other encodings are rejected only for non-ASCII text.
   EXPECT_THAT(import_text(head("ISO-8859-1") + "<!-- \xe9\xe9 --><link/></robot>").faults,
               HasSubstr("2:29: <link> has no"));
   EXPECT_THAT(import_text(head("shift_jis") + latin).faults, HasSubstr("1:31: the encoding 'shift_jis' is not read"));

@@ -16,7 +16,7 @@ using testing::import_text;
 constexpr const char* kBus =
     R"(<link name="bus"><inertial><mass value="9"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>)";
 
-// A robot of a bus and what is given, which begins in line 3.
+// A robot with a bus and the given text, which begins in line 3.
 std::string robot(const std::string& text) {
   return "<robot name=\"r\">\n" + std::string(kBus) + "\n" + text + "\n</robot>\n";
 }
@@ -49,7 +49,7 @@ TEST(UrdfFaults, XacroIsRefusedWithAdvice) {
   EXPECT_THAT(import_text(robot(""), {}, "r.urdf.xacro").faults, HasSubstr("xacro r.urdf.xacro > robot.urdf"));
 }
 
-// A file that xacro has been through: what it left is named, and running it again would not help.
+// A file processed by xacro: remaining macros are reported, without the advice to run xacro.
 TEST(UrdfFaults, UnexpandedMacrosAreNamed) {
   EXPECT_EQ(
       faults(robot("<xacro:gripper parent='bus'/>")),
@@ -194,7 +194,7 @@ TEST(UrdfFaults, TooManyAndTooDeep) {
   EXPECT_NE(faults(deep + "</robot>"), "");
 }
 
-// Cut off, with bytes changed, doubled and left out: faults or a robot, and what is written can be read.
+// Files truncated, or with bytes changed, doubled or omitted, give errors or a robot whose file can be read.
 TEST(UrdfFaults, DamagedFilesAreReadOrRefused) {
   std::vector<std::string> texts;
   for (const auto& entry : std::filesystem::directory_iterator(testing::corpus(""))) {

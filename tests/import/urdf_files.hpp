@@ -18,7 +18,7 @@
 
 namespace grapnel::testing {
 
-/// What an import says: texts of faults with line and column, or of decisions.
+/// The output of an import: errors with line and column, or decisions.
 struct Imported {
   std::optional<ImportedRobot> robot;
   std::string faults;     // "3:5: text" a line each
@@ -59,7 +59,7 @@ inline Imported import_corpus(const std::string& name, ImportOptions options = {
   return import_text(bytes_of(corpus(name)), std::move(options), name);
 }
 
-/// The robot of an import, as files of it are read. @throws InputError
+/// The robot of an import, read back from its file. @throws InputError
 inline RobotSetup robot_of(const Imported& imported) {
   ScenarioFiles files;
   ImportedFile file;

@@ -1,8 +1,9 @@
 # cmake -DBUILD=<build tree> -DSOURCE=<source> -DVERSION=<x.y.z> -DBINARY=<folder> -DGENERATOR=<name> -DCOMPILER=<c++> -P check.cmake
-# cmake -DPREFIX=<where it is installed> -DSOURCE=... (the rest) -P check.cmake
+# cmake -DPREFIX=<installation folder> -DSOURCE=... (the rest) -P check.cmake
 #
-# Installs the build tree (or takes what is installed at PREFIX), moves it, and looks whether it stands alone: nothing names the source or build tree; a project
-# finds it, includes every public header, builds and runs; another version is refused; the program runs what was installed with it.
+# Installs the build tree (or uses the installation at PREFIX), moves it, and checks that it is self-contained: no file
+# names the source or build tree; an external project finds it, includes every public header, builds and runs; other
+# versions are rejected; the installed program runs with the installed files.
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE ${BINARY})
 file(MAKE_DIRECTORY ${BINARY}/work)
@@ -23,7 +24,7 @@ else()
   file(RENAME ${BINARY}/first ${prefix})
 endif()
 
-# What is installed names no place of the machine that built it.
+# Installed files contain no paths of the build machine.
 file(GLOB_RECURSE texts ${prefix}/lib/*/Grapnel/*.cmake ${prefix}/lib/*/cmake/Grapnel/*.cmake ${prefix}/include/grapnel/*.hpp
      ${prefix}/share/grapnel/*.yaml ${prefix}/share/bash-completion/*)
 list(LENGTH texts count)
@@ -40,7 +41,7 @@ foreach(text IN LISTS texts)
   endforeach()
 endforeach()
 
-# A program on every header that is kept stable, by their own list: who marks a header marks it here.
+# A program that includes every public header; the mark in the header makes it public.
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/grapnel/*.hpp)
 set(includes "")
 set(public 0)
@@ -79,7 +80,7 @@ if(NOT failed OR NOT said MATCHES "levitation")
   message(SEND_ERROR "a module that does not exist was found:\n${said}")
 endif()
 
-# The program, on what was installed with it.
+# The program with the installed files.
 set(grapnel ${prefix}/bin/grapnel)
 run("the program" ${grapnel} --version)
 if(NOT output MATCHES "grapnel ${VERSION}")

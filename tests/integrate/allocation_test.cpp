@@ -14,7 +14,7 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Not inlined, or g++ takes new and free for a mismatched pair.
+// Not inlined: otherwise g++ reports new and free as a mismatched pair.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;

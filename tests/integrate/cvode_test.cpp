@@ -1,4 +1,4 @@
-// Against SUNDIALS CVODE, an independent integrator of another family (variable-order Adams and BDF).
+// Comparison with SUNDIALS CVODE, an independent integrator of another family (variable-order Adams and BDF).
 #include <cvode/cvode.h>
 #include <gtest/gtest.h>
 #include <nvector/nvector_serial.h>
@@ -82,7 +82,7 @@ TEST(AgainstCvode, TriaxialRigidBody) {
   EXPECT_GT(largest_difference(std::span(own).last(7), y0), 0.5);
 }
 
-// A slow pendulum on a stiff damped spring: the explicit method is held by stability, and must stay accurate.
+// A slow pendulum on a stiff damped spring: stability limits the explicit method's steps; the result stays accurate.
 TEST(AgainstCvode, StiffOscillator) {
   const Rhs rhs = [](double, std::span<const double> y, std::span<double> dydt) {
     dydt[0] = y[2];

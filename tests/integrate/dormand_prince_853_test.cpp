@@ -72,7 +72,7 @@ TEST(DormandPrince853, DenseOutputConvergesWithOrder7) {
   EXPECT_NEAR(std::log2(coarse.dense / fine.dense), 8.0, 0.5) << coarse.dense << " " << fine.dense;  // measured 7.8
 }
 
-// SciPy 1.10's DOP853 has the same error, 1.205e-10, with the same 906 steps: it is the error of the method.
+// SciPy 1.10's DOP853 has the same error, 1.205e-10, with the same 906 steps: this is the error of the method.
 TEST(DormandPrince853, KeplerOrbitAgainstClosedForm) {
   constexpr double kEccentricity = 0.6;
   const double t_end = 20.0 * std::numbers::pi + 1.0;  // slightly more than ten revolutions
@@ -178,7 +178,7 @@ TEST(DormandPrince853, EndsExactlyAndInterpolatesTheEndsOfTheStepExactly) {
   EXPECT_EQ(stepper.status(), StepStatus::finished);
 }
 
-TEST(DormandPrince853, DenseOutputCostsThreeEvaluationsAndOnlyWhenAskedFor) {
+TEST(DormandPrince853, DenseOutputCostsThreeEvaluationsOnRequest) {
   Stepper853 stepper({.size = Coupled::kSize}, {});
   const Coupled rhs;
   Vector y(2);

@@ -145,8 +145,8 @@ TEST(Events, MisuseIsReported) {
                std::domain_error);
 }
 
-TEST(ShrinkBracket, ConvergesFastAndKeepsTheSignChange) {
-  const auto check = [](const auto& f, double begin, double end, double root, int most_calls) {
+TEST(ShrinkBracket, ConvergesFastAndPreservesTheSignChange) {
+  const auto check = [](const auto& f, double begin, double end, double root, int max_calls) {
     int calls = 0;
     const auto counted = [&](double t) { return ++calls, f(t); };
     const Bracket b = shrink_bracket(counted, {begin, f(begin), end, f(end)}, 1e-14);
@@ -154,7 +154,7 @@ TEST(ShrinkBracket, ConvergesFastAndKeepsTheSignChange) {
     EXPECT_GE((root - b.begin) * (end - begin), -1e-15);
     EXPECT_GE((b.end - root) * (end - begin), -1e-15);
     EXPECT_LE(b.begin_value * b.end_value, 0.0);
-    EXPECT_LE(calls, most_calls);
+    EXPECT_LE(calls, max_calls);
   };
   check([](double t) { return std::cos(t) - t; }, 0.0, 1.0, 0.73908513321516064, 12);  // measured 6
   check([](double t) { return std::cos(t) - t; }, 1.0, 0.0, 0.73908513321516064, 12);  // measured 6

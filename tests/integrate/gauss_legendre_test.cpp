@@ -51,7 +51,7 @@ TEST(GaussLegendre, LastCoefficientsAreThoseOfLegendrePolynomials) {
     }
     return result;
   };
-  // P_5 and P_4; below, nothing.
+  // The coefficients select P_5 and P_4; lower degrees give zero.
   const auto five = sums([](double x) { return (63 * std::pow(x, 5) - 70 * std::pow(x, 3) + 15 * x) / 8; });
   const auto four = sums([](double x) { return (35 * std::pow(x, 4) - 30 * x * x + 3) / 8; });
   const auto three = sums([](double x) { return 2 + x - 7 * std::pow(x, 3); });
@@ -63,7 +63,7 @@ TEST(GaussLegendre, LastCoefficientsAreThoseOfLegendrePolynomials) {
   EXPECT_NEAR(three.second, 0, 1e-14);
 }
 
-// y' = c(t) y by two stages: order four.
+// y' = c(t) y with two stages: order four.
 TEST(GaussLegendre, HasTheOrderOfTwiceItsStages) {
   const GaussLegendre gauss(2);
   const auto error = [&](int steps) {

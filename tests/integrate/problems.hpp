@@ -21,7 +21,7 @@ inline double largest_difference(std::span<const double> a, std::span<const doub
 }
 
 /// Nonlinear and non-autonomous, solution y = (exp(sin t), 1/(1 + t)): y0' = y0 cos t, y1' = −y1², coupled so that
-/// every elementary differential counts: y0' = cos t · y0 · (1 + t) y1, y1' = −y1² + y0 − exp(sin t).
+/// every elementary differential contributes: y0' = cos t · y0 · (1 + t) y1, y1' = −y1² + y0 − exp(sin t).
 struct Coupled {
   static constexpr int kSize = 2;
   void operator()(double t, std::span<const double> y, std::span<double> dydt) const {

@@ -14,7 +14,7 @@ namespace radau_iia_test {
 using problems::largest_difference;
 using problems::Vector;
 
-// Point by point.
+// Evaluates the derivative at each of several points.
 template <class Derivative>
 auto at_each(Derivative derivative) {
   return [derivative](std::span<const double> t, std::span<const double> y, std::span<double> dydt) {
@@ -24,7 +24,7 @@ auto at_each(Derivative derivative) {
 }
 
 // x' = w, w' = -(x - s) / e^2 - 2 (w - s') / e + s'' with s = cos(t + 0.7), and the integral of w s': x = s, w = s',
-// however stiff the spring.
+// for any stiffness of the spring.
 double phase(double t) { return t + 0.7; }
 StiffSystem held_to_cosine(double e) {
   return {1, 1, 1, at_each([e](double t, std::span<const double> y, std::span<double> dydt) {
@@ -106,17 +106,17 @@ TEST(RadauIIA, StepsFollowTheTolerance) {
     const double error = largest_difference(radau.y(), problems::Kepler::exact(until, e));
     std::printf("[ measured ] tolerance %.0e: error %.2g, %ld steps, %ld evaluations, %ld iterations\n", tolerance,
                 error, steps, radau.evaluations(), radau.iterations());
-    EXPECT_LT(error, tolerance);  // measured 0.04 of it at most: the end is better than the estimate
+    EXPECT_LT(error, tolerance);  // measured at most 0.04 of it: the end is more accurate than the estimate
     if (last > 0) {
       EXPECT_LT(error, 0.1 * last);
-      EXPECT_LT(steps, 3 * last_steps);  // a hundredth of the error by 100^(1/6) = 2.2 times the steps
+      EXPECT_LT(steps, 3 * last_steps);  // order 6: a hundredth of the error for 100^(1/6) = 2.2 times the steps
     }
     last = error, last_steps = steps;
   }
 }
 
-// A step repeated with an earlier end has the accuracy of a step's end, not that of the polynomial; a step that ends at
-// its begin is no step.
+// A step repeated with an earlier end has the accuracy of a step's end, not that of the polynomial. A step that ends at
+// its begin restores the state there.
 TEST(RadauIIA, StepsEndAtGivenTimes) {
   RadauIIA radau = radau_with(held_to_cosine(1), cosine_at(0), 1e-7, 0.25);
   radau.limit_step(0.25);

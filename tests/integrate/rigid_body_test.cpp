@@ -88,7 +88,7 @@ TEST(RigidBodyMotion, TriaxialBodyAgainstEllipticFunctions) {
   }
   ASSERT_EQ(stepper.status(), StepStatus::finished);
   EXPECT_LT(rate_error, 1e-11);              // measured 1.3e-12
-  ASSERT_GT(std::sqrt(momentum2), 3.0);      // what is conserved is not zero
+  ASSERT_GT(std::sqrt(momentum2), 3.0);      // the conserved momentum is not zero
   EXPECT_LT(momentum_error, 1e-11);          // measured 1.7e-12
   EXPECT_LT(energy_error / energy0, 1e-11);  // measured 3.3e-13
   const IntegrationStatistics& statistics = stepper.statistics();

@@ -41,7 +41,7 @@ TEST(RungeKutta4, ConvergesWithOrder4) {
   const Errors coarse = errors_with(0.02), fine = errors_with(0.01);
   EXPECT_NEAR(std::log2(coarse.end / fine.end), 4.0, 0.1) << fine.end;  // measured 4 to within 0.02
   EXPECT_NEAR(std::log2(coarse.dense / fine.dense), 4.0, 0.2)
-      << fine.dense;  // measured 4 to within 0.01, as one step has it
+      << fine.dense;  // measured 4 to within 0.01, within a step
 }
 
 TEST(RungeKutta4, EndsExactlyOnItsGrid) {

@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// The recursive kernels in lanes one by one, for tests and benchmarks: behind function pointers, plain arrays in and
-/// out, no containers, so that portable code and the instruction sets' translation units share no function.
+/// The individual recursive kernels in lanes, for tests and benchmarks. The interface consists of function pointers and
+/// plain arrays without containers, so that portable code and the translation units of instruction sets share no
+/// functions.
 ///
 /// Arrays are structures of arrays: entry i of lane l is at [i * width + l], the first one aligned to kLaneAlignment.
 
@@ -17,14 +18,14 @@ namespace grapnel::lanes {
 
 inline constexpr std::size_t kLaneAlignment = 64;
 
-/// Trees of one structure, one per lane: the same parents, joints, axes and offsets; the numbers may differ. A link's
-/// frame counts as rotated, and its joint as having a rotor, where it is so in any lane.
+/// Trees of equal structure, one per lane: equal parents, joints, axes and offsets; the numbers may differ. A link's
+/// frame counts as rotated, and its joint as having a rotor, if this applies in any lane.
 struct LaneTrees {
   const TreeLink<double>* const* links;  // per lane
   int link_count;
   int coordinates;
   int velocities;
-  // Closed loops, in all lanes the same ones; their numbers (kLoopNumbers each) per lane.
+  // Closed loops, equal in all lanes; their numbers (kLoopNumbers each) per lane.
   const LoopTable* loops = nullptr;
   int loop_count = 0;
   const double* const* loop_numbers = nullptr;
@@ -52,7 +53,8 @@ struct KernelTable {
   void (*destroy)(void* model);
   /// articulated_body(): writes vdot and force, one entry per velocity.
   void (*forward_dynamics)(void* model, const LaneInput& in, double* vdot, double* force);
-  /// LaneLoops::accelerate(): as forward_dynamics, with the closures of the loops acting; nothing may be prescribed.
+  /// LaneLoops::accelerate(): as forward_dynamics, with constraint forces of the closures; prescribed velocities are
+  /// not supported.
   void (*loop_dynamics)(void* model, const LaneInput& in, double* vdot, double* force);
   /// newton_euler(): writes force.
   void (*inverse_dynamics)(void* model, const LaneInput& in, double* force);

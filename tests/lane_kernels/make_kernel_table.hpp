@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Fills a KernelTable for one instruction set; included by that set's translation unit alone.
+/// Fills a KernelTable for one instruction set; only that set's translation unit includes this file.
 
 #include <new>
 

@@ -71,10 +71,10 @@ TEST_P(LaneKernels, DoNotDependOnTheOtherLanes) {
     const std::array<LaneResults, kCases> lanes = lane_results(GetParam(), set);
     const std::array<LaneResults, kCases> permuted = lane_results(GetParam(), set, other);
     // All cases except one are replaced by NaN, infinities, and large angles.
-    const int kept = robot % kCases;
+    const int unchanged = robot % kCases;
     CaseSet spoilt = set;
     for (int i = 0; i < kCases; ++i) {
-      if (i == kept) continue;
+      if (i == unchanged) continue;
       LaneCase& c = spoilt.cases[i];
       const double garbage[] = {std::nan(""), INFINITY, 1e300};
       std::fill(c.q.begin(), c.q.end(), garbage[i % 3]);
@@ -83,12 +83,12 @@ TEST_P(LaneKernels, DoNotDependOnTheOtherLanes) {
     }
     const std::array<LaneResults, kCases> beside = lane_results(GetParam(), spoilt);
     for (int i = 0; i < kCases; ++i) ASSERT_TRUE(same_bits(lanes[i], permuted[i])) << "case " << i;
-    ASSERT_TRUE(same_bits(lanes[kept], beside[kept]));
+    ASSERT_TRUE(same_bits(lanes[unchanged], beside[unchanged]));
   }
 }
 
 // Among the sets with fused products. The bits of SSE2 differ; otherwise this test would be vacuous.
-TEST(LaneWidths, GiveTheSameBits) {
+TEST(LaneWidths, ProduceTheSameBits) {
   int different = 0;
   for (int robot = 0; robot < kRobots; ++robot) {
     SCOPED_TRACE(seed_note(robot));
@@ -164,7 +164,7 @@ TEST_P(LaneKernels, SinesAreWithinOneUnitInTheLastPlace) {
   EXPECT_TRUE(std::signbit(r.sine[1]));  // of -0
 }
 
-TEST(LaneWidths, GiveTheSameSines) {
+TEST(LaneWidths, ProduceTheSameSines) {
   std::vector<double> x = angles();
   x.erase(std::remove_if(x.begin(), x.end(), [](double a) { return !std::isfinite(a); }), x.end());
   while (x.size() % 8 != 0) x.push_back(1);

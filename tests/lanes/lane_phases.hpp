@@ -40,11 +40,12 @@ struct Phase {
 
 using Outcomes = std::map<std::uint64_t, LaneOutcome>;
 /// Dynamics of the cases that computed their own commands (ControlTable::by_case), in their final state.
-using Asked = std::map<std::uint64_t, std::unique_ptr<PhaseDynamics>>;
+using CaseDynamics = std::map<std::uint64_t, std::unique_ptr<PhaseDynamics>>;
 
 /// Runs cases of one structure; `order` gives their ids.
 inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
-                    InstructionSet set, Asked& asked, const LaneWatch& watch = {}, const LaneGate& gate = {}) {
+                    InstructionSet set, CaseDynamics& case_dynamics, const LaneWatch& watch = {},
+                    const LaneGate& gate = {}) {
   Outcomes outcomes;
   std::size_t next = 0;
   run_lanes(
@@ -53,26 +54,26 @@ inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& ph
         if (next == order.size()) return false;
         const Phase& p = phases[static_cast<std::size_t>(order[next])];
         c.id = static_cast<std::uint64_t>(order[next++]);
-        if (structure.control.by_case) asked[c.id] = std::make_unique<PhaseDynamics>(p.model, p.own_setup());
+        if (structure.control.by_case) case_dynamics[c.id] = std::make_unique<PhaseDynamics>(p.model, p.own_setup());
         lane_case(structure, p.model, p.setup, p.start, lane_motion(structure, p.model, p.setup, p.begin, p.end), c);
         return true;
       },
       [&](const LaneCase& c, const LaneOutcome& o) {
         EXPECT_EQ(c.id, o.id);
         EXPECT_TRUE(outcomes.emplace(o.id, o).second) << "case " << o.id << " came twice";
-        if (structure.control.by_case) asked.at(o.id)->end_control(o.time);
+        if (structure.control.by_case) case_dynamics.at(o.id)->end_control(o.time);
       },
       set, watch, gate,
       [&](const LaneTurn& turn, std::span<double> command) {
-        return take_turn(structure, *asked.at(turn.id), turn, command);
+        return take_turn(structure, *case_dynamics.at(turn.id), turn, command);
       });
   return outcomes;
 }
 
 inline Outcomes run(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
                     InstructionSet set) {
-  Asked asked;
-  return run(structure, phases, order, set, asked);
+  CaseDynamics case_dynamics;
+  return run(structure, phases, order, set, case_dynamics);
 }
 
 inline std::vector<int> all_of(const std::vector<Phase>& phases) {
@@ -111,7 +112,7 @@ struct Kind {
 inline std::vector<Phase> random_phases(int index, int count, const Kind& kind) {
   Random random(index);
   RobotOptions options;
-  options.least_bodies = 3, options.most_bodies = 8;
+  options.min_bodies = 3, options.max_bodies = 8;
   options.spherical_joints = kind.spherical;
   options.targets = 2;
   options.free_root = !kind.fixed_root;
@@ -129,7 +130,7 @@ inline std::vector<Phase> random_phases(int index, int count, const Kind& kind) 
     p.setup.drives = random_drives(p.model, p.start, kind.control, 1.3, random, prescribed ? 1 : 1.1);
     for (std::size_t j = 0; j < p.setup.drives.size(); ++j) {
       JointDrive& drive = p.setup.drives[j];
-      JointPath& path = std::get<JointPath>(drive.trajectory.pieces[0].shape);
+      JointPath& path = std::get<JointPath>(drive.trajectory.segments[0].shape);
       path.profile = kind.profile;
       if (prescribed) path.end_rate = 0;
       drive.kp = random.uniform(20, 60);
@@ -213,8 +214,8 @@ struct Comparison {
 };
 inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
-  Asked asked;
-  const Outcomes outcomes = run(structure, phases, all_of(phases), set, asked);
+  CaseDynamics case_dynamics;
+  const Outcomes outcomes = run(structure, phases, all_of(phases), set, case_dynamics);
   EXPECT_EQ(outcomes.size(), phases.size());
   Comparison c;
   for (const auto& [id, o] : outcomes) {
@@ -224,7 +225,7 @@ inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSet
     const PhaseOutcome expected = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration);
     EXPECT_TRUE(expected.finished) << expected.failure;
     if (structure.control.by_case) {
-      const PhaseSetup &left = asked.at(id)->setup(), &alone = dynamics.setup();
+      const PhaseSetup &left = case_dynamics.at(id)->setup(), &alone = dynamics.setup();
       c.commands = std::max(c.commands, difference(*left.clock, *alone.clock));
       if (alone.actuators.thrusters)
         c.thrusters = std::max(c.thrusters, difference(*left.actuators.thrusters, *alone.actuators.thrusters));

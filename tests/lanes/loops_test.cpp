@@ -64,7 +64,7 @@ std::vector<Phase> phases_of(const ClosedCase& c, int index, int count, const Lo
       JointDrive& drive = p.setup.drives[j];
       if (is_driven[j] == 0) drive = {};
       JointPath* path =
-          drive.trajectory.pieces.empty() ? nullptr : std::get_if<JointPath>(&drive.trajectory.pieces[0].shape);
+          drive.trajectory.segments.empty() ? nullptr : std::get_if<JointPath>(&drive.trajectory.segments[0].shape);
       // Braked joints are at rest.
       if (path && kind.control == JointControl::prescribed)
         path->end = path->start, path->start_rate = path->end_rate = 0;

@@ -203,7 +203,7 @@ TEST(LanePhase, RejectsAPrescribedJointAtRestWithARate) {
   kind.control = JointControl::prescribed;
   const Phase p = random_phases(8, 1, kind)[0];
   PhaseSetup setup = p.setup;
-  std::get<JointPath>(setup.drives[0].trajectory.pieces[0].shape).end_rate = 0.1;
+  std::get<JointPath>(setup.drives[0].trajectory.segments[0].shape).end_rate = 0.1;
   const LaneStructure structure = lane_structure(p.model, setup, tight());
   EXPECT_NO_THROW(lane_motion(structure, p.model, setup, 1, 2.3));
   EXPECT_THROW(lane_motion(structure, p.model, setup, 1, 3), std::invalid_argument);

@@ -47,7 +47,7 @@ std::vector<Phase> flexible_phases(int index, int count, JointControl control, d
       if (p.model.bodies()[static_cast<std::size_t>(p.model.joints()[j])].description.joint.spring)
         p.setup.drives[j] = JointDrive{};
       else if (control == JointControl::prescribed)
-        std::get<JointPath>(p.setup.drives[j].trajectory.pieces[0].shape).end_rate = 0;
+        std::get<JointPath>(p.setup.drives[j].trajectory.segments[0].shape).end_rate = 0;
     }
     phases.push_back(std::move(p));
   }

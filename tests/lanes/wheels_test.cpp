@@ -147,7 +147,7 @@ TEST(LaneWheels, SampledControlAgrees) {
 }
 
 // Other base actuators under a clock: each case computes its commands itself (take_turn).
-std::vector<Phase> asked_phases(int index, const std::function<void(Phase&)>& change) {
+std::vector<Phase> phases_by_case(int index, const std::function<void(Phase&)>& change) {
   Kind kind;
   kind.control = JointControl::pd;
   kind.sampled = ControlTiming{0.1, 0.03};
@@ -160,7 +160,7 @@ std::vector<Phase> asked_phases(int index, const std::function<void(Phase&)>& ch
   return phases;
 }
 
-void expect_asked_alike(const char* what, const std::vector<Phase>& phases) {
+void expect_by_case_alike(const char* what, const std::vector<Phase>& phases) {
   expect_wheels_work(phases, 1);
   expect_alike(what, phases, 1e-11, tight(1e-13), 1e-11, 0.2);  // measured 6e-13
 }
@@ -180,15 +180,15 @@ std::shared_ptr<ThrusterBank> six_thrusters() {
 }
 
 TEST(LaneWheels, SampledSpeedsAndFeedforwardAgree) {
-  expect_asked_alike("separate speeds", asked_phases(95, [](Phase& p) {
-                       p.setup.actuators.wheel_speed_rate = 0.5;
-                       p.setup.actuators.wheel_speeds = {5, -3, 2, 1};
-                     }));
-  expect_asked_alike("arms fed forward", asked_phases(96, [](Phase& p) { p.setup.actuators.feedforward = true; }));
+  expect_by_case_alike("separate speeds", phases_by_case(95, [](Phase& p) {
+                         p.setup.actuators.wheel_speed_rate = 0.5;
+                         p.setup.actuators.wheel_speeds = {5, -3, 2, 1};
+                       }));
+  expect_by_case_alike("arms fed forward", phases_by_case(96, [](Phase& p) { p.setup.actuators.feedforward = true; }));
 }
 
 TEST(LaneWheels, SampledDumpingAgrees) {
-  const std::vector<Phase> phases = asked_phases(97, [](Phase& p) {
+  const std::vector<Phase> phases = phases_by_case(97, [](Phase& p) {
     p.setup.actuators.dumping = MomentumDumping{0.05, 0.01, 0.1};
     p.renew = [](PhaseSetup& s) { s.actuators.thrusters = six_thrusters(); };
   });
@@ -196,7 +196,7 @@ TEST(LaneWheels, SampledDumpingAgrees) {
   PhaseDynamics dynamics(p.model, p.own_setup());
   EXPECT_TRUE(simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).finished);
   EXPECT_GT(dynamics.setup().actuators.thrusters->dumped().begun, 0);
-  expect_asked_alike("dumping", phases);
+  expect_by_case_alike("dumping", phases);
 }
 
 // Commands every wheel and valve individually, as a logged table would.
@@ -210,15 +210,15 @@ class OneByOne final : public Controller {
 
 // Without attitude control and base torque: the actuators are commanded individually.
 TEST(LaneWheels, SampledIndividualTorquesAgree) {
-  expect_asked_alike("one by one", asked_phases(98, [](Phase& p) {
-                       p.setup.commanded_root = p.setup.attitude->root;
-                       p.setup.attitude.reset();
-                       p.setup.actuators.one_by_one = true;
-                       p.renew = [](PhaseSetup& s) {
-                         s.actuators.thrusters = six_thrusters();
-                         s.controller = std::make_shared<OneByOne>();
-                       };
-                     }));
+  expect_by_case_alike("one by one", phases_by_case(98, [](Phase& p) {
+                         p.setup.commanded_root = p.setup.attitude->root;
+                         p.setup.attitude.reset();
+                         p.setup.actuators.one_by_one = true;
+                         p.renew = [](PhaseSetup& s) {
+                           s.actuators.thrusters = six_thrusters();
+                           s.controller = std::make_shared<OneByOne>();
+                         };
+                       }));
 }
 
 TEST(LaneWheels, BitsDependOnTheCaseAlone) {
@@ -245,19 +245,19 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
   wheels.rate = 105, wheels.torque = 1, wheels.fastest = 100;
   const std::vector<Phase> phases = phases_with(wheels, 93, 24, kind);
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-10));
-  int left = 0, on_the_way = 0;
+  int left = 0, during_phase = 0;
   for (InstructionSet set : supported_instruction_sets()) {
     SCOPED_TRACE(std::string(name(set)));
-    left = on_the_way = 0;
+    left = during_phase = 0;
     for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
       const Phase& p = phases[id];
       PhaseDynamics dynamics(p.model, p.own_setup());
       double fastest = 0;
-      const auto look = [&](const PhaseSample& sample) {
+      const auto record = [&](const PhaseSample& sample) {
         for (const ReactionWheel& wheel : p.setup.wheels)
           fastest = std::max(fastest, std::abs(sample.state.v[static_cast<std::size_t>(wheel.velocity)]));
       };
-      const PhaseOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0.01, tight(1e-10), look);
+      const PhaseOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0.01, tight(1e-10), record);
       EXPECT_TRUE(alone.finished) << alone.failure;
       const bool reaches = fastest >= wheels.rate * (1 - 1e-9);
       if (reaches) {
@@ -270,7 +270,7 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
         for (const ReactionWheel& wheel : p.setup.wheels)
           EXPECT_LT(std::abs(o.v[static_cast<std::size_t>(wheel.velocity)]), wheels.rate) << id;
         if (o.time > p.begin) {
-          ++on_the_way;
+          ++during_phase;
           const PhaseOutcome rest = rest_of(p, structure, o, tight(1e-10));
           EXPECT_TRUE(rest.finished) << rest.failure;
           EXPECT_LT(difference(rest.end_state, alone.end_state), 1e-6) << id;
@@ -282,7 +282,7 @@ void expect_to_leave_near_largest_rates(const Kind& kind) {
     }
     EXPECT_GT(left, 2);
     EXPECT_LT(left, 22);
-    EXPECT_GT(on_the_way, 0);
+    EXPECT_GT(during_phase, 0);
   }
 }
 

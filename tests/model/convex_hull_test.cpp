@@ -44,7 +44,7 @@ void expect_hull_of(const Points& points, const ConvexHull& hull, double size) {
   for (const Vector3d& e : hull.edges) EXPECT_NEAR(norm(e), 1, 1e-14);
 }
 
-// Points of a box's surface on a grid: faces full of points in one plane, edges full of points in one line.
+// Points of a box's surface on a grid: faces with many coplanar points, edges with many collinear points.
 Points box_points(int n, const Vector3d& size, const Rotationd& R) {
   Points points;
   for (int i = 0; i <= n; ++i) {
@@ -114,12 +114,12 @@ TEST(ConvexHull, Sphere) {
   }
   const ConvexHull hull = convex_hull(points);
   EXPECT_EQ(hull.vertices.size(), points.size());
-  EXPECT_LE(hull.normals.size(), 2 * points.size() - 4);  // Euler: as many triangles, of which a few are in one plane
+  EXPECT_LE(hull.normals.size(), 2 * points.size() - 4);  // Euler: the maximum; some triangles are coplanar
   EXPECT_GT(hull.normals.size(), 2 * points.size() - 24);
   EXPECT_TRUE(hull.edges.empty());  // too many
 }
 
-// A cylinder's rims, a cone's tip above a disc, points that nearly coincide.
+// A cylinder's rims, a cone's tip above a disc, nearly coincident points.
 TEST(ConvexHull, RoundShapes) {
   Points points;
   for (int i = 0; i < 64; ++i) {

@@ -69,7 +69,7 @@ TEST(ModelBuilder, SortsParentsFirstAndNumbersCoordinates) {
   EXPECT_EQ(model.frames()[model.frame_index("tool")].body, 5);
 }
 
-TEST(ModelBuilder, KeepsMassInTheTree) {
+TEST(ModelBuilder, PreservesMassInTheTree) {
   testing::Random random(0);
   for (int i = 0; i < 50; ++i) {
     testing::RobotOptions options;
@@ -226,8 +226,8 @@ TEST(ModelBuilder, ListsAllErrors) {
   }
 }
 
-// Joints that move by modes: in a row, alike, of independent modes; and the model spans the same with orthonormal
-// columns.
+// Modal joints: consecutive, equal, with independent modes. The model replaces the modes by orthonormal columns with
+// the same span.
 TEST(ModelBuilder, ChecksModalJoints) {
   const auto chain_of = [](std::vector<std::vector<double>> rates, const char* third_on) {
     ModelBuilder builder;

@@ -27,7 +27,7 @@ struct FiveBar {
   double ground;               // distance of the base's pivots [m]
   std::array<Bar, 2> crank;    // from A and from E
   std::array<Bar, 2> coupler;  // from the cranks' ends
-  int side = 1;                // of the line between the cranks' ends on which P lies
+  int side = 1;                // side of the line between the cranks' ends on which P lies
   Vector2 gravity = Vector2::Zero();
 
   Vector2 pivot(int arm) const { return {arm * ground, 0}; }
@@ -59,7 +59,7 @@ struct FiveBar {
             (c * x2[1] * std::cos(x[1] - y[0]) + d * y2[1] * between - a * x2[0] * std::cos(x[0] - y[0]) - b * y2[0]) /
                 (d * std::sin(y[0] - y[1]))};
   }
-  /// M and the rest of (4) with everything but the torque: M x'' = torque - c.
+  /// M and the other terms of (4) without the torque: M x'' = torque - c.
   void equations(const Vector2& x, const Vector2& rate, Eigen::Matrix2d& M, Vector2& c) const {
     const Vector2 y = coupler_angles(x);
     const Eigen::Matrix2d K = coupler_slopes(x, y);
@@ -105,7 +105,7 @@ struct FiveBar {
   }
 
  private:
-  // A bar with its centre's Jacobian, its angle's, and what their accelerations are at x'' = 0.
+  // A bar with the Jacobians of its centre and its angle, and their accelerations at x'' = 0.
   void add(const Bar& bar, const Eigen::Matrix2d& G, const Eigen::RowVector2d& turn, const Vector2& bias, double k,
            Eigen::Matrix2d& M, Vector2& c) const {
     M += bar.mass * G.transpose() * G + bar.inertia * turn.transpose() * turn;

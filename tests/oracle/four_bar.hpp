@@ -32,7 +32,7 @@ struct FourBar {
   double ground;  // distance of the base's pivots [m]
   Bar base;       // length not read
   Bar crank, coupler, rocker;
-  int side = 1;  // of the line B-D on which C lies
+  int side = 1;  // side of the line B-D on which C lies
 
   /// Angles of coupler and rocker and their first two derivatives by the crank's angle.
   struct Angles {
@@ -99,7 +99,7 @@ struct GroundedFourBar {
     for (const FourBar::BarMotion& b : bars.motion(f)) Q += b.bar->mass * gravity.dot(b.x1);
     return (Q - J[1] * rate * rate / 2) / J[0];
   }
-  /// f' at f, positive, of the motion that starts at `start` with `rate`.
+  /// f' at f, positive, for the motion that starts at `start` with `rate`.
   double rate_at(double f, double start, double rate) const {
     return std::sqrt((inertia(start)[0] * rate * rate + 2 * (potential(start) - potential(f))) / inertia(f)[0]);
   }
@@ -184,7 +184,7 @@ struct FloatingFourBar {
     const double f = start + rate_at(start, E, h) * t;
     return inverse(f, [&](double x) { return (time(x, start, E, h) - t) * rate_at(x, E, h); });
   }
-  /// How far the base turns while the crank goes from `start` to `f`.
+  /// Rotation of the base while the crank moves from `start` to `f`.
   double base_turn(double f, double start, double E, double h) const {
     return integral(
         [&](double x) {

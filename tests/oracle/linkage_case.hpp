@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The linkages that the tests of this folder and of constraint/ move.
+/// The linkages shared by the tests of this folder and of constraint/.
 
 #include "oracle/linkage_model.hpp"
 

@@ -3,8 +3,7 @@
 namespace grapnel::oracle {
 namespace {
 
-// A bar whose first pivot is at `pivot` of its parent; a bar counted from its other end (`from_end`) has its pivot
-// there.
+// A bar whose first pivot is at `pivot` of its parent; with `from_end` the origin is its other end.
 BodyDescription body(const char* name, const char* parent, const Bar& bar, const Vector3d& pivot, double height,
                      double share = 1, bool from_end = false) {
   BodyDescription b;
@@ -13,7 +12,7 @@ BodyDescription body(const char* name, const char* parent, const Bar& bar, const
   b.X_PF.p = pivot;
   b.mass = share * bar.mass;
   b.com = {bar.com_along - (from_end ? bar.length : 0), bar.com_across, height};
-  // Only the moment about z acts in the plane.
+  // Only the moment about z has an effect in the plane.
   b.inertia = Symmetric3d::diagonal(0.7 * share * bar.inertia, 0.8 * share * bar.inertia, share * bar.inertia);
   return b;
 }
@@ -39,7 +38,7 @@ bool is_cut(const Model& model) {
   return false;
 }
 
-// The last bar `second` meets `first` at its far end, or its own half carried by `first`.
+// The last bar `second` is connected to `first` at its far end, or to its own half on `first`.
 Linkage close(const ModelBuilder& builder, LinkageCut cut, const char* first, double first_length, const char* second,
               double second_length) {
   Linkage l{builder.build(), {}};

@@ -92,7 +92,7 @@ TEST(FiveBar, ClosesAndConservesEnergy) {
 
 MaximalLoads loads(const Model& model, const Vector2& gravity, double torque) {
   MaximalLoads l;
-  l.gravity = tilted().R * Vector3d{gravity[0], gravity[1], -0.6};  // what is normal to the plane must not matter
+  l.gravity = tilted().R * Vector3d{gravity[0], gravity[1], -0.6};  // the component normal to the plane has no effect
   l.tau.assign(model.velocities(), 0);
   l.tau[model.bodies()[model.body_index("crank")].v] = torque;
   return l;

@@ -16,7 +16,7 @@ using Vector3 = Eigen::Vector3d;
 
 // Rank thresholds for rows of length one. During integration, the stages of a step violate the constraints by the
 // square of the step, and so do redundant rows.
-constexpr double kRankThreshold = 1e-10, kRankThresholdOnTheWay = 1e-4;
+constexpr double kRankThreshold = 1e-10, kRankThresholdDuringIntegration = 1e-4;
 
 Matrix3 cross_matrix(const Vector3& p) {
   Matrix3 m;
@@ -91,7 +91,7 @@ Wrench6 joint_velocity(const JointDescription& joint, const double* v, const Mat
   return V;
 }
 
-// The bodies at one instant.
+// The state of the bodies at one instant.
 struct Snapshot {
   const Model& model;
   const MaximalState& state;
@@ -119,8 +119,8 @@ struct Rows {
   Vector bias;
 };
 
-// Motion of body a at its point p relative to body b (-1: the world), as an observer on b sees it, in W's axes:
-// alpha_a - alpha_b - w_b x w_rel and a_a - a_b(at p) - 2 w_b x v_rel.
+// Motion of body a at its point p relative to body b (-1: the world), as observed on b, in W's axes: alpha_a - alpha_b
+// - w_b x w_rel and a_a - a_b(at p) - 2 w_b x v_rel.
 Rows relative_motion(const Snapshot& s, int a, int b, const Vector3& p) {
   Rows r{Matrix::Zero(6, s.size()), Vector::Zero(6)};
   const auto add = [&](int body, double sign) {
@@ -242,8 +242,8 @@ Vector applied(const Assembly& a, const MaximalLoads& loads) {
   return f;
 }
 
-// Solution (2) under C y + c = 0, whose rows are the joints', the closures' and then those of the prescribed
-// velocities, X V = target - bias. `free` is what y_f comes from, L^-1 free.
+// Solution (2) with C y + c = 0, whose rows are those of the joints, the closures and then the prescribed velocities, X
+// V = target - bias. `free` is the load of y_f = L^-1 free.
 struct Projected {
   Vector y, multipliers;
   double residual;
@@ -407,7 +407,7 @@ MaximalState MaximalSystem::integrate(MaximalState state, const MaximalLoads& lo
       rate.segment<3>(7 * i) = s.V.segment<3>(6 * i + 3);
       rate.segment<4>(7 * i + 3) << turn.w(), turn.vec();
     }
-    rate.tail(6 * n) = accelerations(s, loads, kRankThresholdOnTheWay).bodies;
+    rate.tail(6 * n) = accelerations(s, loads, kRankThresholdDuringIntegration).bodies;
     return rate;
   };
   const double h = duration / steps;

@@ -4,15 +4,14 @@
 /// Closed loops in maximal coordinates, an independent reference: every body free with six velocities in W at its own
 /// centre of mass, and all joints, grasps and prescribed motions as constraint rows of one dense system,
 ///   M Vdot + h = f + s^T tau + C^T l,   C Vdot + c = 0,   M = diag(I_c, m 1) + sum a s^T s, (1)
-/// where the rows s give the joints' rates from the bodies' velocities and a is what a rotor reflects. With M = L L^T
-/// and A = C L^-T, every row scaled to length one, the solution nearest to the free one is
+/// where the rows s give the joints' rates from the bodies' velocities and a is the reflected inertia of a rotor. With
+/// M = L L^T and A = C L^-T, every row scaled to length one, the solution closest to the unconstrained one is
 ///   L^T Vdot = y = y_f + A^+ (-c - A y_f),   y_f = L^-1 (f + s^T tau - h), (2)
-/// by a complete orthogonal decomposition, so that redundant rows do no harm: accelerations are unique and of the
-/// multipliers those with the least norm (of scaled rows) are given. Plastic impulses: the same with c = 0 and y_f =
-/// L^T V.
+/// by a complete orthogonal decomposition, which admits redundant rows: accelerations are unique, and the multipliers
+/// are those of minimum norm (of scaled rows). Plastic impulses: the same with c = 0 and y_f = L^T V.
 ///
-/// Of Grapnel only the descriptions of bodies and the meaning of q and v are used: kinematics, masses, constraints and
-/// integration are this file's own.
+/// Of Grapnel only the descriptions of bodies and the definitions of q and v are used; this file has its own
+/// kinematics, masses, constraints and integration.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -50,10 +49,10 @@ struct MaximalLoads {
 /// Accelerations and forces, or velocities after an impact and impulses.
 struct MaximalSolution {
   Eigen::VectorXd bodies;         // per body, as MaximalState::V
-  std::vector<double> joints;     // what follows for the model's own velocities: vdot, or v after the impact
-  std::vector<double> force;      // per velocity: as given, or what a prescribed one takes
-  std::vector<Wrench6> closures;  // on body a, at C, in C's axes; body b gets the opposite there
-  double residual = 0;            // of the constraint rows, relative: not small where they contradict each other
+  std::vector<double> joints;     // result for the model's own velocities: vdot, or v after the impact
+  std::vector<double> force;      // per velocity: as given, or the force required by a prescribed one
+  std::vector<Wrench6> closures;  // on body a, at C, in C's axes; body b receives the opposite at the same point
+  double residual = 0;            // of the constraint rows, relative: large if they contradict each other
   int rank = 0;                   // of all rows, joints included
 };
 
@@ -62,7 +61,7 @@ class MaximalSystem {
   MaximalSystem(const Model& model, std::span<const LoopClosure> closures);
 
   MaximalSolution accelerations(const MaximalState& state, const MaximalLoads& loads = {}) const;
-  /// Plastic impact that closes all closures in velocity; velocities that are prescribed do not change.
+  /// Plastic impact that closes all closures in velocity; prescribed velocities do not change.
   MaximalSolution close_velocities(const MaximalState& state, const std::vector<std::uint8_t>& prescribed = {}) const;
   /// Classical Runge-Kutta with `steps` equal steps under constant loads, constraints at acceleration level only: their
   /// drift is part of the method's error, O(h^4). Not for loops near a singular configuration: rows that are nearly

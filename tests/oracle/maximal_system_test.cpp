@@ -24,7 +24,7 @@ struct Open {
 };
 Open random_open(int index) {
   RobotOptions options;
-  options.least_bodies = 1, options.most_bodies = 12;
+  options.min_bodies = 1, options.max_bodies = 12;
   options.free_root = index % 4 != 3;
   options.spherical_joints = index % 3 == 1;
   options.targets = index % 5 == 2 ? 1 : 0;
@@ -95,7 +95,7 @@ TEST(MaximalSystem, PrescribedMotionForcesAgreeWithTheRecursion) {
 
 TEST(MaximalSystem, IntegrationHasOrderFourAndConservesMomentum) {
   RobotOptions options;
-  options.least_bodies = options.most_bodies = 5;
+  options.min_bodies = options.max_bodies = 5;
   Random random(3);
   const Model model = random_model(options, random);
   const State state = random_state(model, random, 0.7);

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Accelerations of closed loops by coordinate partitioning, and the Jacobian of closures: an independent route to
-/// those of LoopSolver.
+/// Accelerations of closed loops by coordinate partitioning, and the Jacobian of closures: a method independent of
+/// LoopSolver.
 
 #include <Eigen/Core>
 #include <span>

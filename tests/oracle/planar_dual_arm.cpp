@@ -35,7 +35,7 @@ Matrix6 mass_matrix(const PlanarDualArm& robot, const Vector6& q) {
   const double c1 = std::cos(q[3]), c2 = std::cos(q[4]), c12 = std::cos(q[3] + q[4]), c3 = std::cos(q[5]);
   Matrix6 M = Matrix6::Zero();
   M(0, 0) = M(1, 1) = robot.mass();
-  // Columns of k_j n(f_j), added up over what each angle turns.
+  // Columns of k_j n(f_j), summed over all angles that each joint changes.
   const Eigen::Vector2d link1 = k[1] * n(f[1]), link2 = k[2] * n(f[2]), link3 = k[3] * n(f[3]);
   M.block<2, 1>(0, 2) = k[0] * n(f[0]) + link1 + link2 + link3;
   M.block<2, 1>(0, 3) = link1 + link2;
@@ -85,7 +85,7 @@ Eigen::Vector3d momentum(const PlanarDualArm& robot, const PlanarState& state) {
   const Eigen::Vector4d k = robot.k(), f = absolute(state.q), w = absolute(state.rate);
   const Eigen::Vector2d v0 = state.rate.head<2>();
   Eigen::Vector2d p = robot.mass() * v0;
-  // l = dT/dt0' of (3): every absolute angle turns with t0.
+  // l = dT/dt0' of (3): every absolute angle contains t0.
   double l = 0;
   for (int j = 0; j < 4; ++j) {
     p += k[j] * w[j] * n(f[j]);

@@ -2,7 +2,7 @@
 
 /// @file
 /// The planar robot of the thesis's Fig. 2.3, derived by hand: a free base, two links on arm 1, one on arm 2.
-/// Independent of Grapnel (nothing of it is included).
+/// Independent of Grapnel (includes none of it).
 ///
 /// Derivation. Coordinates: base centre r0 = (x0, y0), base angle t0, joint angles t1, t2 (arm 1), t3 (arm 2). Absolute
 /// angles of base and links:
@@ -55,7 +55,7 @@ Vector6 bias(const PlanarDualArm& robot, const PlanarState& state);
 double kinetic_energy(const PlanarDualArm& robot, const PlanarState& state);
 /// (p_x, p_y, l) with the angular momentum l about the base's centre.
 Eigen::Vector3d momentum(const PlanarDualArm& robot, const PlanarState& state);
-/// The linear momentum that joint rates bring: p = m v0 + ... + J rates, 2 x 3 (the thesis's J_Tg).
+/// The contribution of the joint rates to the linear momentum: p = m v0 + ... + J rates, 2 x 3 (the thesis's J_Tg).
 Eigen::Matrix<double, 2, 3> joint_momentum(const PlanarDualArm& robot, const Vector6& q);
 /// Position and angle of the tip of arm 1 or 2, and their Jacobian by (x0, y0, t0, t1, t2, t3) (A.1)-(A.3).
 Eigen::Vector3d tip(const PlanarDualArm& robot, const Vector6& q, int arm);

@@ -1,5 +1,5 @@
-// The hand-derived planar robot against itself (Lagrange's equations by finite differences of the plain kinetic energy)
-// and Grapnel against it.
+// The hand-derived planar robot against itself (Lagrange's equations by finite differences of the kinetic energy) and
+// Grapnel against it.
 #include "oracle/planar_dual_arm.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using namespace oracle;
 
 constexpr int kStates = 300;
 
-// The same robot in Grapnel. Out of the plane it has inertia, but none that couples.
+// The same robot in Grapnel, with out-of-plane inertia that is not coupled to the plane.
 Model grapnel_model(const PlanarDualArm& r, Random& random) {
   const auto body = [&](const char* name, const char* parent, JointType type, double mount, double mass, double com,
                         double I) {
@@ -75,8 +75,7 @@ TEST(PlanarOracle, ObeysLagrangesEquations) {
     const Matrix6 M = oracle::mass_matrix(robot, s.q);
     const double T = oracle::kinetic_energy(robot, s);
     ASSERT_LT(energy.note(std::abs(0.5 * s.rate.dot(M * s.rate) - T) / T, i), 1e-12);  // measured 9.4e-16
-    // T is quadratic in the rates, so its Hessian is exact by differences: dT/drate(q) = M(q) rate from the plain T
-    // alone.
+    // T is quadratic in the rates, so its Hessian is exact by differences: dT/drate(q) = M(q) rate from T alone.
     const auto conjugate = [&](const Vector6& q) {
       Vector6 p;
       for (int k = 0; k < 6; ++k) {
@@ -139,7 +138,7 @@ TEST(PlanarRobot, HasTheDerivedMomentumAndEnergy) {
     ASSERT_LT((oracle::mass_matrix(robot, s.q).topRows(3) * s.rate - expected).norm(), 1e-12 * (1 + expected.norm()));
     const double T = oracle::kinetic_energy(robot, s);
     ASSERT_LT(energy.note(std::abs(kinetic_energy(model, kinematics, state) - T) / T, i), 1e-12);  // measured 2.0e-15
-    // p = (what the base brings) + J_Tg rates.
+    // p = (contribution of the base) + J_Tg rates.
     PlanarState joints_only = s;
     joints_only.rate.head(3).setZero();
     const Eigen::Vector2d by_joints = oracle::joint_momentum(robot, s.q) * s.rate.tail(3);

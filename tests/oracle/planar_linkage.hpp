@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Common functions of the hand-written planar linkages. Independent of Grapnel (nothing of it is included).
+/// Common functions of the hand-written planar linkages. Independent of Grapnel (includes none of it).
 
 #include <Eigen/Core>
 #include <cmath>
@@ -11,13 +11,14 @@ namespace grapnel::oracle {
 
 using Vector2 = Eigen::Vector2d;
 
-/// Unit vector at an angle, and the one a quarter turn ahead: e' = n, n' = -e.
+/// Unit vector at an angle, and the unit vector rotated by +90 deg: e' = n, n' = -e.
 inline Vector2 along(double angle) { return {std::cos(angle), std::sin(angle)}; }
 inline Vector2 across(double angle) { return {-std::sin(angle), std::cos(angle)}; }
 /// z component of a x b.
 inline double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-/// A bar: mass, inertia about its centre of mass, and where that is, along the bar from its first pivot and across it.
+/// A bar: mass, inertia about its centre of mass, and the centre's position along and across the bar from its first
+/// pivot.
 struct Bar {
   double length;      // [m]
   double mass;        // [kg]
@@ -29,8 +30,8 @@ struct Bar {
   Vector2 com_slope(double angle) const { return com_along * across(angle) - com_across * along(angle); }
 };
 
-/// Angle of the line from `from` to the point that is `first` away from it and `second` away from `to`: of the two
-/// points the one to the left of the line from -> to for side 1, to the right for -1.
+/// Angle of the line from `from` to the point at distance `first` from it and `second` from `to`. Of the two solutions,
+/// side 1 selects the one to the left of the line from -> to, side -1 the one to the right.
 inline double apex_angle(const Vector2& from, const Vector2& to, double first, double second, int side) {
   const Vector2 d = to - from;
   const double cosine = (first * first + d.squaredNorm() - second * second) / (2 * first * d.norm());
@@ -52,7 +53,7 @@ double integral(F&& f, double a, double b, int panels = 200) {
   return half * sum;
 }
 
-/// Newton's method from x, with `step` the residual over its slope.
+/// Newton's method from x; `step` is the residual divided by its slope.
 template <class F>
 double inverse(double x, F&& step) {
   for (int i = 0; i < 30; ++i) {

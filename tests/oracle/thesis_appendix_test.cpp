@@ -62,7 +62,7 @@ TEST_P(ThesisAppendix, A_MountsArm2OnTheOtherSideThanB) {
   EXPECT_NEAR(mass_matrix(r, s.q)(0, 2), arm1 - arm2_in_B, kRounding * 100);
 }
 
-// B: I_bm14 carries an acceleration, theta1'', which no inertia can.
+// B: I_bm14 contains an acceleration, theta1'', which is impossible for an inertia.
 TEST_P(ThesisAppendix, B_Ibm14HasAStrayAcceleration) {
   const double stray = 2.5;  // any value of theta1''
   const double printed =
@@ -70,7 +70,7 @@ TEST_P(ThesisAppendix, B_Ibm14HasAStrayAcceleration) {
   EXPECT_NEAR(printed - mass_matrix(b, s.q)(0, 3), r.m1 * r.d1 * sine({0, 1}) * (1 - stray), kRounding * 100);
 }
 
-// B: in I_b33 and I_bm34 the term 2 a1 d2 c2 lacks its m2. Twice the masses and inertias must give twice the matrix.
+// B: in I_b33 and I_bm34 the term 2 a1 d2 c2 lacks the factor m2. Doubled masses and inertias must double the matrix.
 TEST_P(ThesisAppendix, B_Ib33AndIbm34LackAMass) {
   const auto printed = [&](const PlanarDualArm& x) {
     const double c1 = cosine({1}), c2 = cosine({2}), c12 = cosine({1, 2}), c3 = cosine({3});
@@ -92,9 +92,9 @@ TEST_P(ThesisAppendix, B_Ib33AndIbm34LackAMass) {
   EXPECT_LT((mass_matrix(heavy, s.q) - 2 * M).norm(), kRounding * 100);
 }
 
-// B: c_b3, c_1, c_2, c_3 contain products of the base's velocity with rates. They are one of the two cancelling halves
-// of Lagrange's equation ((7) in the oracle's header), in c_b3 with theta013 written for theta012 and, once, c0 for s0.
-// A frame drifting at constant velocity u must see the same forces: the derived bias does, the printed one changes by u
+// B: c_b3, c_1, c_2, c_3 contain products of the base's velocity with rates. They are one of two cancelling halves of
+// Lagrange's equation ((7) in the oracle's header), in c_b3 with theta013 for theta012 and, once, c0 for s0. In a frame
+// with constant velocity u the forces must be equal: the derived bias satisfies this, the printed one changes by u
 // times a rate.
 TEST_P(ThesisAppendix, B_VelocityTermsAreSpurious) {
   const auto printed_part = [&](double vx, double vy, bool corrected) {
@@ -109,7 +109,7 @@ TEST_P(ThesisAppendix, B_VelocityTermsAreSpurious) {
                      r.m3 * (a0 / 2 * w(0) * (corrected ? sine({0}) : cosine({0})) + r.d3 * rate3 * sine({0, 3}));
     return x * vx + y * vy;
   };
-  // What -dT/dtheta0 has of the base's velocity: T's middle term (3) turned by a quarter.
+  // The contribution of the base's velocity to -dT/dtheta0: T's middle term (3) rotated by 90 deg.
   const double h = 1e-3;
   const auto T = [&](double turn, double scale) {
     PlanarState moved = s;
@@ -121,7 +121,7 @@ TEST_P(ThesisAppendix, B_VelocityTermsAreSpurious) {
   const double half = -(8 * (mixed(h) - mixed(-h)) - (mixed(2 * h) - mixed(-2 * h))) / (12 * h);
   const double printed = printed_part(s.rate[0], s.rate[1], true);
   EXPECT_NEAR(printed, half, 1e-8 * (1 + std::abs(half)));
-  // As printed it is not even that half.
+  // The printed terms do not even equal that half.
   EXPECT_GT(std::abs(printed_part(s.rate[0], s.rate[1], false) - printed), 1e-6);
 
   PlanarState drifting = s;
@@ -136,25 +136,25 @@ TEST_P(ThesisAppendix, B_VelocityTermsAreSpurious) {
 TEST_P(ThesisAppendix, B_Cb3HasAWrongSign) {
   const double K03 = a0 * r.d3 * r.m3 / 2;
   const double printed = -K03 * w(3) * w(3) * sine({3}) + 2 * K03 * w(0) * w(3) * sine({3});
-  // Arm 2's part of the derived c_b3: what remains when the other links weigh nothing and do not turn on their own.
+  // Arm 2's part of the derived c_b3: the result for massless other links that do not rotate.
   PlanarDualArm arm2 = b;
   arm2.m1 = arm2.m2 = 0;
   EXPECT_NEAR(printed - bias(arm2, s)[2], 4 * K03 * w(0) * w(3) * sine({3}), kRounding * 100);
 }
 
-// B: c_1 and c_2 have only products of two different rates or theta2'^2. With the base alone turning, the printed ones
-// vanish (except for the velocity terms), though the links are thrown outwards.
+// B: c_1 and c_2 contain only products of two different rates or theta2'^2. If the base alone rotates, the printed ones
+// vanish (except for the velocity terms), despite the centrifugal forces on the links.
 TEST_P(ThesisAppendix, B_C1AndC2LackTheCentrifugalTerms) {
   PlanarState base_only = s;
   base_only.rate << 0, 0, 1.3, 0, 0, 0;
   const Vector6 c = bias(b, base_only);
   const double outward = a0 / 2 * 1.3 * 1.3;
   EXPECT_NEAR(c[3], outward * ((r.m1 * r.d1 + r.m2 * r.a1) * sine({1}) + r.m2 * r.d2 * sine({1, 2})), kRounding * 100);
-  // c_2 has besides what link 1's turning with the base throws out.
+  // c_2 also contains the centrifugal term of link 1's rotation with the base.
   EXPECT_NEAR(c[4], outward * r.m2 * r.d2 * sine({1, 2}) + 1.3 * 1.3 * r.m2 * r.a1 * r.d2 * sine({2}), kRounding * 100);
 }
 
-// C: J_Tg's first entry lacks a minus; its two columns cannot serve three joints: arm 2 is added to the column of
+// C: J_Tg's first entry lacks a minus sign, and it has two columns for three joints: arm 2 is added to the column of
 // joint 2.
 TEST_P(ThesisAppendix, C_JTgHasASignAndAColumnTooFew) {
   Eigen::Matrix2d printed;
@@ -168,11 +168,11 @@ TEST_P(ThesisAppendix, C_JTgHasASignAndAColumnTooFew) {
   EXPECT_LT((printed.col(1) - J.col(1) - J.col(2)).norm(), kRounding * 100);
 }
 
-// C: r3 is for the other mount than B's inertias: m r_0g is the derived k0 e(f0) + ... for Appendix A's robot only.
+// C: r3 uses another mount than B's inertias: m r_0g equals the derived k0 e(f0) + ... for Appendix A's robot only.
 TEST_P(ThesisAppendix, C_R3UsesTheOtherMount) {
   const Eigen::Vector2d r3{a0 / 2 * cosine({0}) + r.a3 / 2 * cosine({0, 3}),
                            a0 / 2 * sine({0}) + r.a3 / 2 * sine({0, 3})};
-  // By (6) and (7) the first moment about the base is the base rate's column of the momentum, turned back by a quarter.
+  // By (6) and (7) the first moment about the base is the momentum's column of the base rate, rotated back by 90 deg.
   const auto first_moment = [&](PlanarDualArm x) {
     x.m1 = x.m2 = 0;
     const Matrix6 M = mass_matrix(x, s.q);
@@ -182,7 +182,7 @@ TEST_P(ThesisAppendix, C_R3UsesTheOtherMount) {
   EXPECT_LT((first_moment(b) + r.m3 * r3).norm(), kRounding * 100) << "B's robot carries it on the opposite side";
 }
 
-// C: I_w, the inertia about the origin, leaves out the base's own I0.
+// C: I_w, the inertia about the origin, omits the base's own I0.
 TEST_P(ThesisAppendix, C_IwLeavesOutTheBase) {
   const Eigen::Vector2d e0{cosine({0}), sine({0})}, e1{cosine({0, 1}), sine({0, 1})},
       e2{cosine({0, 1, 2}), sine({0, 1, 2})}, e3{cosine({0, 3}), sine({0, 3})};

@@ -31,8 +31,8 @@ inline double central_impulse(double m1, double v1, double m2, double v2, double
   return -(1 + restitution) * (v1 - v2) / (1 / m1 + 1 / m2);
 }
 
-/// Eccentric impact at point c along the unit normal n without friction: with r_i = c - com_i, the mass that the normal
-/// feels is 1/mu = 1/m1 + 1/m2 + (r1 x n)^2/I1 + (r2 x n)^2/I2, and P = -(1 + e) mu (relative normal velocity).
+/// Eccentric impact at point c along the unit normal n without friction. With r_i = c - com_i, the effective mass along
+/// the normal is 1/mu = 1/m1 + 1/m2 + (r1 x n)^2/I1 + (r2 x n)^2/I2, and P = -(1 + e) mu (relative normal velocity).
 inline PlanarImpact frictionless_impact(const PlanarBody& a, const PlanarBody& b, const Eigen::Vector2d& c,
                                         const Eigen::Vector2d& n, double restitution) {
   const Eigen::Vector2d r1 = c - a.com, r2 = c - b.com;
@@ -48,9 +48,9 @@ inline PlanarImpact frictionless_impact(const PlanarBody& a, const PlanarBody& b
           b.rate - P * x2 / b.inertia};
 }
 
-/// The bodies stick at c and move on as one: momentum alone decides. About the common centre of mass, with the reduced
-/// mass mu = m1 m2/(m1 + m2) and d = com2 - com1, w = (I1 w1 + I2 w2 + mu d x (v2 - v1)) / (I1 + I2 + mu |d|^2). The
-/// impulse depends on c only through the point about which its angular part is taken.
+/// Perfectly plastic impact at c with rigid connection: momentum alone determines the motion. About the common centre
+/// of mass, with the reduced mass mu = m1 m2/(m1 + m2) and d = com2 - com1, w = (I1 w1 + I2 w2 + mu d x (v2 - v1)) /
+/// (I1 + I2 + mu |d|^2). The impulse depends on c only through the reference point of its angular part.
 inline PlanarImpact rigid_grasp(const PlanarBody& a, const PlanarBody& b, const Eigen::Vector2d& c) {
   const double m = a.mass + b.mass, mu = a.mass * b.mass / m;
   const Eigen::Vector2d d = b.com - a.com, common = (a.mass * a.velocity + b.mass * b.velocity) / m;

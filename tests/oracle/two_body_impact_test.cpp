@@ -45,7 +45,7 @@ TEST(TwoBodyImpact, ConservesMomentumAndSatisfiesItsLaw) {
     for (const PlanarImpact& x : {frictionless_impact(a, b, c, n, e), rigid_grasp(a, b, c)}) {
       const Eigen::Vector3d after = momentum(a, x.velocity1, x.rate1) + momentum(b, x.velocity2, x.rate2);
       ASSERT_LT((after - before).norm(), 1e-13 * (1 + before.norm()));  // measured 2e-15
-      // Each body separately: the impulse at c explains its change, with opposite signs.
+      // Each body separately: its change of momentum equals the impulse at c, with opposite signs.
       const double l = x.angular_impulse + cross2(c, x.impulse);
       ASSERT_LT((momentum(a, x.velocity1, x.rate1) - momentum(a, a.velocity, a.rate) -
                  Eigen::Vector3d(x.impulse[0], x.impulse[1], l))
@@ -61,7 +61,7 @@ TEST(TwoBodyImpact, ConservesMomentumAndSatisfiesItsLaw) {
   }
 }
 
-// Through both centres the eccentric formula is the one on a line.
+// Through both centres the eccentric formula reduces to the central one.
 TEST(TwoBodyImpact, IsCentralThroughTheCentres) {
   const PlanarBody a{2, 1, {0, 0}, {3, 0}, 0}, b{4, 5, {1, 0}, {-1, 0}, 0};
   const PlanarImpact x = frictionless_impact(a, b, {0.5, 0}, {1, 0}, 0);

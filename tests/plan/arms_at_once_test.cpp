@@ -72,7 +72,8 @@ TEST(ArmsOnOneTarget, ReportsIncompatibleOrientations) {
   const std::vector<Incompatible> found = incompatible_goals(base, p, p.guess);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].goals, (std::vector<std::size_t>{0, 1}));
-  EXPECT_THAT(found[0].text, HasSubstr("with the demanded orientations for any base pose; without these they can"));
+  EXPECT_THAT(found[0].text,
+              HasSubstr("with the demanded orientations for any base pose; the positions alone are reachable"));
   // Both end-effectors share the gap.
   const ClosestTogether closest = closest_together(base, p, p.goals, p.guess);
   EXPECT_NEAR(closest.error.segment<2>(3).norm() + closest.error.segment<2>(8).norm(), M_PI / 2, 1e-4);

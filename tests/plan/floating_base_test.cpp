@@ -36,7 +36,7 @@ TEST(FloatingBase, TwistAgreesWithTheMassMatrix) {
     const Twistd expected = transposed_times(s.X_WB().R, base_twist_from_momentum(s.model, s.state, 0, motion.h));
     ASSERT_GT(column(expected).norm(), 1e-3);
     EXPECT_LT(worst.note((base.base_twist() - column(expected)).norm(), i), 1e-12);  // measured 2.6e-14
-    // The state's twist has that momentum.
+    // The twist of the state has that momentum.
     const Twistd own = transposed_times(s.X_WB().R, root_twist(s.model, s.state, 0));
     EXPECT_LT((base.base_twist() - column(own)).norm(), 1e-11);
   }
@@ -94,7 +94,7 @@ TEST(FloatingBase, DerivativesAgreeWithFiniteDifferences) {
       const Vector6d rate = (twist_at(theta, fast, s.X_WB()) - twist_at(theta, slow, s.X_WB())) / (2 * h);
       EXPECT_LT(per_rate.note((rate - by_rate.col(j)).norm(), i), 1e-8);  // measured 5.2e-10
     }
-    // dV/dxi - V x xi: the first by differences.
+    // dV/dxi - V x xi: the first term by differences.
     Random random(i);
     const Vector6d xi = direction(random);
     const Vector6d change =

@@ -70,11 +70,11 @@ TEST(LeastDistance, EqualRowsCountOnce) {
     std::mt19937 generator(seed);
     const Eigen::MatrixXd a = random_matrix(generator, 1, 6);
     const Eigen::VectorXd c = random_matrix(generator, 6, 1);
-    const double asked = (a * c)(0) - 0.5;
+    const double bound = (a * c)(0) - 0.5;
     Eigen::MatrixXd A(5, 6);
     A << a, a, a, 2 * a, a;
-    const Eigen::VectorXd b = (Eigen::VectorXd(5) << asked, asked, asked, 2 * asked, asked + 0.25).finished();
-    const LeastDistance one = nearest_below(a, Eigen::VectorXd::Constant(1, asked), c), found = nearest_below(A, b, c);
+    const Eigen::VectorXd b = (Eigen::VectorXd(5) << bound, bound, bound, 2 * bound, bound + 0.25).finished();
+    const LeastDistance one = nearest_below(a, Eigen::VectorXd::Constant(1, bound), c), found = nearest_below(A, b, c);
     EXPECT_GT((one.x - c).norm(), 0.1);
     EXPECT_LT((found.x - one.x).norm(), 1e-7) << seed;  // measured 4e-9
     EXPECT_LT(found.left, 1e-7) << seed;
@@ -98,8 +98,8 @@ TEST(LeastDistance, IsIndependentOfEarlierSolutions) {
     const Eigen::VectorXd b = random_matrix(generator, 40, 1) - Eigen::VectorXd::Constant(40, 0.5),
                           c = random_matrix(generator, 12, 1);
     NearestBelow program(A, b, c);
-    for (const double giving : {20.0, 1.0, 1e-2, 1e-4, 1e-3, 0.3, 1e-5}) {
-      const LeastDistance found = program.with(giving), by_itself = nearest_below(A, b, c, giving);
+    for (const double relaxation : {20.0, 1.0, 1e-2, 1e-4, 1e-3, 0.3, 1e-5}) {
+      const LeastDistance found = program.with(relaxation), by_itself = nearest_below(A, b, c, relaxation);
       different = std::max(different, (found.x - by_itself.x).norm());
       farthest = std::max(farthest, (found.x - c).norm());
       EXPECT_NEAR(found.left, by_itself.left, 1e-7);
@@ -114,10 +114,10 @@ TEST(LeastDistance, RelaxationReducesTheDistance) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Constant(1, 1, 2);
   const Eigen::VectorXd b = Eigen::VectorXd::Constant(1, -2), c = Eigen::VectorXd::Zero(1);
   double before = 1.001;
-  for (const double giving : {1e-6, 0.1, 1.0, 10.0}) {
-    const LeastDistance found = nearest_below(A, b, c, giving);
-    EXPECT_LT(-found.x[0], before) << giving;
-    EXPECT_NEAR(2 * found.x[0] + 2, found.left, 1e-9) << giving;
+  for (const double relaxation : {1e-6, 0.1, 1.0, 10.0}) {
+    const LeastDistance found = nearest_below(A, b, c, relaxation);
+    EXPECT_LT(-found.x[0], before) << relaxation;
+    EXPECT_NEAR(2 * found.x[0] + 2, found.left, 1e-9) << relaxation;
     before = -found.x[0];
   }
 }

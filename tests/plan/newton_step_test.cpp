@@ -21,7 +21,7 @@ TEST(NewtonStep, IsTheMinimumNormSolution) {
   J << 1, 2, 0.5, -1, 0.3, 2;
   const Eigen::Vector2d e(0.3, -0.7);
   const std::vector<double> x(3, 0.0), lower(3, -kNone), upper(3, kNone);
-  const NewtonStep step = least_norm_step(J, e, x, lower, upper, 0);
+  const NewtonStep step = minimum_norm_step(J, e, x, lower, upper, 0);
   EXPECT_LT((e + J * step.d).norm(), 1e-15);
   const Eigen::VectorXd expected = -J.transpose() * (J * J.transpose()).inverse() * e;
   EXPECT_LT((step.d - expected).norm(), 1e-15);
@@ -32,7 +32,7 @@ TEST(NewtonStep, RespectsABound) {
   Eigen::MatrixXd J(1, 2);
   J << 1, 1;
   const Eigen::VectorXd e = Eigen::VectorXd::Constant(1, -2.0);
-  const NewtonStep step = least_norm_step(J, e, {0, 0}, {-kNone, -kNone}, {0.25, kNone}, 0);
+  const NewtonStep step = minimum_norm_step(J, e, {0, 0}, {-kNone, -kNone}, {0.25, kNone}, 0);
   EXPECT_DOUBLE_EQ(step.d[0], 0.25);
   EXPECT_NEAR(step.d[1], 1.75, 1e-15);
   EXPECT_EQ(step.at_bound, std::vector<int>{0});
@@ -42,7 +42,7 @@ TEST(NewtonStep, StopsIfAllVariablesAreBound) {
   Eigen::MatrixXd J(1, 2);
   J << 1, 1;
   const Eigen::VectorXd e = Eigen::VectorXd::Constant(1, -2.0);
-  const NewtonStep step = least_norm_step(J, e, {0, 0}, {-1, -1}, {0.25, 0.5}, 0);
+  const NewtonStep step = minimum_norm_step(J, e, {0, 0}, {-1, -1}, {0.25, 0.5}, 0);
   EXPECT_DOUBLE_EQ(step.d[0], 0.25);
   EXPECT_DOUBLE_EQ(step.d[1], 0.5);
 }
@@ -52,7 +52,7 @@ TEST(NewtonStep, DampsSmallSingularValuesAndSkipsStructuralZeros) {
   J(0, 0) = 1, J(1, 1) = 1e-4;  // the third row and column are zero
   const Eigen::Vector3d e(-1, -1, -1);
   const std::vector<double> x(3, 0.0), lower(3, -kNone), upper(3, kNone);
-  const NewtonStep step = least_norm_step(J, e, x, lower, upper, 1e-2);
+  const NewtonStep step = minimum_norm_step(J, e, x, lower, upper, 1e-2);
   EXPECT_NEAR(step.d[0], 1, 1e-15);
   EXPECT_NEAR(step.d[1], 1e-4 / (1e-8 + 0.0099 * 0.0099), 1e-12);
   EXPECT_EQ(step.d[2], 0);
@@ -84,7 +84,7 @@ TEST(NewtonStep, DampingAgreesWithSingularValues) {
     const Eigen::VectorXd expected = drawn.matrixV() * y;
     const std::vector<double> x(static_cast<std::size_t>(columns), 0.0), lower(x.size(), -kNone),
         upper(x.size(), kNone);
-    const NewtonStep step = least_norm_step(J, e, x, lower, upper, damping);
+    const NewtonStep step = minimum_norm_step(J, e, x, lower, upper, damping);
     EXPECT_LT(worst.note((step.d - expected).norm() / (1 + expected.norm()), i), 1e-8);  // measured 6e-11
   }
 }

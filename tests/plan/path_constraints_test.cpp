@@ -49,15 +49,15 @@ TEST(JointSpline, IsSmoothAndAtRestAtItsEnds) {
   }
 }
 
-struct Flight {
+struct SegmentCase {
   Servicer servicer;
   SegmentStart start;
   std::vector<double> position, rate, coefficients;
 };
 
-Flight random_flight(int i) {
+SegmentCase random_case(int i) {
   constexpr JointProfile kProfiles[] = {JointProfile::quintic, JointProfile::cycloidal};
-  Flight f{random_servicer(i, i % 4 != 3), {}, {}, {}, {}};
+  SegmentCase f{random_servicer(i, i % 4 != 3), {}, {}, {}, {}};
   Random random(2000 + i);
   f.start = {1.0, 4.0, kProfiles[i % 2], f.servicer.theta(), f.servicer.rates(), f.servicer.X_WB(), kKnots};
   for (double x : f.start.position) {
@@ -68,7 +68,7 @@ Flight random_flight(int i) {
   return f;
 }
 
-FreeMotion motion_of(const Flight& f) {
+FreeMotion motion_of(const SegmentCase& f) {
   return free_motion(f.servicer.model, f.servicer.state, f.start.begin, {0, 0, 0});
 }
 
@@ -76,17 +76,17 @@ TEST(PathSegment, WithASplineAgreesWithForwardDynamics) {
   Worst worst("end of a segment with splines against the simulation");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     if (i % 4 == 3) continue;
     FloatingBase base(f.servicer.model, true);
     PathSegment segment(base, f.start, motion_of(f));
-    const SegmentEnd end = segment.fly(f.position, f.rate, false, SegmentAccuracy::full, f.coefficients);
+    const SegmentEnd end = segment.integrate(f.position, f.rate, false, SegmentAccuracy::full, f.coefficients);
     ASSERT_TRUE(end.finished) << end.failure;
     PhaseSetup setup;
     for (std::size_t j = 0; j < f.position.size(); ++j) {
       JointDrive drive;
       drive.control = JointControl::prescribed;
-      drive.trajectory.pieces = segment.pieces(static_cast<int>(j), f.position[j], f.rate[j], f.coefficients);
+      drive.trajectory.segments = segment.joint_segments(static_cast<int>(j), f.position[j], f.rate[j], f.coefficients);
       EXPECT_NO_THROW(validate(drive.trajectory));
       setup.drives.push_back(drive);
     }
@@ -105,7 +105,7 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
   Worst at_end("at the end"), turn("turn of the base at nodes"), spin("its angular velocity at nodes");
   for (int i = 0; i < 8; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     const bool floats = i % 4 != 3;
     FloatingBase base(f.servicer.model, floats);
     PathSegment segment(base, f.start, motion_of(f));
@@ -114,11 +114,11 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
     std::vector<double> x = f.position;
     x.insert(x.end(), f.rate.begin(), f.rate.end());
     x.insert(x.end(), f.coefficients.begin(), f.coefficients.end());
-    const auto fly = [&](const std::vector<double>& y) {
+    const auto integrate = [&](const std::vector<double>& y) {
       const std::span<const double> all(y);
-      return segment.fly(all.first(n), all.subspan(n, n), true, SegmentAccuracy::full, all.subspan(2 * n));
+      return segment.integrate(all.first(n), all.subspan(n, n), true, SegmentAccuracy::full, all.subspan(2 * n));
     };
-    const SegmentEnd end = fly(x);
+    const SegmentEnd end = integrate(x);
     ASSERT_TRUE(end.finished);
     const std::vector<int> nodes = {5, 40, segment.path_points() - 3};
     std::vector<Eigen::Matrix3Xd> turns, spins;
@@ -134,10 +134,10 @@ TEST(PathSegment, NodeSensitivitiesAgreeWithFiniteDifferences) {
     for (int u = 0; u < unknowns; ++u) {
       std::vector<double> up = x, down = x;
       up[u] += h, down[u] -= h;
-      const Posed X1 = fly(up).X_WB;
+      const Posed X1 = integrate(up).X_WB;
       std::vector<PathSegment::SegmentPoint> above, below;
       for (int node : nodes) above.push_back(segment.path_point(node));
-      const Posed X0 = fly(down).X_WB;
+      const Posed X0 = integrate(down).X_WB;
       for (int node : nodes) below.push_back(segment.path_point(node));
       const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
       const Vector6d d = (Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h);
@@ -178,12 +178,12 @@ TEST(JointEfforts, DerivativesAgreeWithFiniteDifferences) {
     double scale = 0;
     std::vector<double> apart;
     const auto compare = [&](double derivative, double& x) {
-      const double kept = x;
-      x = kept + kStep;
+      const double original = x;
+      x = original + kStep;
       const double up = sum();
-      x = kept - kStep;
+      x = original - kStep;
       const double down = sum();
-      x = kept;
+      x = original;
       apart.push_back(derivative - (up - down) / (2 * kStep));
       scale = std::max(scale, std::abs(derivative));
     };
@@ -191,19 +191,19 @@ TEST(JointEfforts, DerivativesAgreeWithFiniteDifferences) {
       compare(gradient.position[j], q[j]), compare(gradient.rate[j], r[j]), compare(gradient.acceleration[j], a[j]);
     }
     for (int k = 0; floats && k < 3; ++k) {
-      const Posed kept = X;
+      const Posed original = X;
       const auto turned = [&](double angle) {
-        X.R = rotation_about(Vector3d::unit(k), angle) * kept.R;
+        X.R = rotation_about(Vector3d::unit(k), angle) * original.R;
         return sum();
       };
       apart.push_back(gradient.turn[k] - (turned(kStep) - turned(-kStep)) / (2 * kStep));
-      X = kept;
+      X = original;
     }
     for (double x : apart) EXPECT_LT(worst.note(std::abs(x) / scale, i), 1e-7);
   }
 }
 
-// Against (2.8), whose mass matrix is independent of the recursion.
+// Against (2.8); its mass matrix does not use the recursion.
 TEST(JointEfforts, AgreeWithTheReducedEquation) {
   Worst worst("efforts against the reduced equation, relative");
   for (int i = 0; i < 30; ++i) {
@@ -246,7 +246,7 @@ double largest_on(const Model& model, const ReachProblem& p, const ReachSolution
   start.knots = r.knots;
   PathSegment segment(base, start, p.motion);
   segment.solve_with_path_constraints(60);
-  EXPECT_TRUE(segment.fly(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients).finished);
+  EXPECT_TRUE(segment.integrate(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients).finished);
   double largest = -kNone;
   for (int i = 0; i < segment.path_points(); ++i) largest = std::max(largest, of(segment.path_point(i)));
   return largest;
@@ -263,7 +263,7 @@ void expect_arrival(const Model& model, const ReachProblem& p, const ReachSoluti
   SegmentStart start = p.start;
   start.knots = r.knots;
   PathSegment segment(base, start, p.motion);
-  const SegmentEnd end = segment.fly(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients);
+  const SegmentEnd end = segment.integrate(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients);
   base.place(r.position);
   Eigen::VectorXd error;
   Eigen::MatrixXd unused, unused_too;
@@ -271,10 +271,10 @@ void expect_arrival(const Model& model, const ReachProblem& p, const ReachSoluti
   EXPECT_LT(error.lpNorm<Eigen::Infinity>(), kArrived);
 }
 
-class Kept : public ::testing::TestWithParam<unsigned> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, Kept, ::testing::Values(1u, 2u, 3u));
+class PathLimits : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, PathLimits, ::testing::Values(1u, 2u, 3u));
 
-TEST_P(Kept, RatesStayWithinTheirLimits) {
+TEST_P(PathLimits, RatesStayWithinTheirLimits) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -282,46 +282,46 @@ TEST_P(Kept, RatesStayWithinTheirLimits) {
   ASSERT_TRUE(free.found) << free.failure;
   const double before = largest_on(arms.model, arms.problem, free, fastest);
   arms.problem.rate_limit.assign(base.joints(), 0.85 * before);
-  arms.problem.way.limits = true;
-  const ReachSolution kept = plan_reach(base, arms.problem);
-  ASSERT_TRUE(kept.found) << kept.failure;
-  expect_arrival(arms.model, arms.problem, kept);
-  EXPECT_LE(largest_on(arms.model, arms.problem, kept, fastest), 0.85 * before * (1 + 2e-6));
-  EXPECT_LE(kept.way->rate_share, 1 + 1e-6);
-  EXPECT_GE(kept.way->rate_share, 0.99);  // the limit is used fully
+  arms.problem.constraints.limits = true;
+  const ReachSolution constrained = plan_reach(base, arms.problem);
+  ASSERT_TRUE(constrained.found) << constrained.failure;
+  expect_arrival(arms.model, arms.problem, constrained);
+  EXPECT_LE(largest_on(arms.model, arms.problem, constrained, fastest), 0.85 * before * (1 + 2e-6));
+  EXPECT_LE(constrained.figures->rate_share, 1 + 1e-6);
+  EXPECT_GE(constrained.figures->rate_share, 0.99);  // the limit is used fully
 }
 
-TEST_P(Kept, EffortsStayWithinTheirLimits) {
+TEST_P(PathLimits, EffortsStayWithinTheirLimits) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
   ReachProblem& p = arms.problem;
-  p.way.limits = true;
-  p.way.effort_limit.assign(base.joints(), 1.0);
-  p.way.effort_limit[0] = 1e6;
+  p.constraints.limits = true;
+  p.constraints.effort_limit.assign(base.joints(), 1.0);
+  p.constraints.effort_limit[0] = 1e6;
   const ReachSolution free = plan_reach(base, p);
   JointEfforts efforts(base, {0, 0, 0});
   std::vector<double> effort(base.joints());
   const auto strongest = [&](const PathSegment::SegmentPoint& w) {
     efforts.evaluate(w.position, w.rate, w.acceleration, w.X_WB, p.motion.in_base(w.time, w.X_WB), effort);
-    double most = 0;
-    for (std::size_t j = 1; j < effort.size(); ++j) most = std::max(most, std::abs(effort[j]));
-    return most;
+    double result = 0;
+    for (std::size_t j = 1; j < effort.size(); ++j) result = std::max(result, std::abs(effort[j]));
+    return result;
   };
-  p.way.limits = false;
+  p.constraints.limits = false;
   const ReachSolution simple = plan_reach(base, p);
   ASSERT_TRUE(simple.found);
   const double before = largest_on(arms.model, p, simple, strongest);
-  p.way.limits = true;
-  p.way.effort_limit.assign(base.joints(), 0.8 * before);
-  const ReachSolution kept = plan_reach(base, p);
-  ASSERT_TRUE(kept.found) << kept.failure;
-  expect_arrival(arms.model, p, kept);
-  EXPECT_LE(largest_on(arms.model, p, kept, strongest), 0.8 * before * (1 + 1e-5));
+  p.constraints.limits = true;
+  p.constraints.effort_limit.assign(base.joints(), 0.8 * before);
+  const ReachSolution constrained = plan_reach(base, p);
+  ASSERT_TRUE(constrained.found) << constrained.failure;
+  expect_arrival(arms.model, p, constrained);
+  EXPECT_LE(largest_on(arms.model, p, constrained, strongest), 0.8 * before * (1 + 1e-5));
   (void)free;
 }
 
-TEST_P(Kept, BaseRotationStaysWithinItsLimit) {
+TEST_P(PathLimits, BaseRotationStaysWithinItsLimit) {
   if (GetParam() > 1) SKIP_UNDER_SANITIZERS();
   TiltedArms arms = tilted_arms(GetParam());
   FloatingBase base(arms.model, true);
@@ -331,26 +331,26 @@ TEST_P(Kept, BaseRotationStaysWithinItsLimit) {
   const ReachSolution free = plan_reach(base, p);
   ASSERT_TRUE(free.found);
   const double before = largest_on(arms.model, p, free, turn);
-  p.way.R_WB0 = R;
-  p.way.base_turn = 0.7 * before;
-  const ReachSolution kept = plan_reach(base, p);
-  ASSERT_TRUE(kept.found) << kept.failure;
-  expect_arrival(arms.model, p, kept);
-  EXPECT_LE(largest_on(arms.model, p, kept, turn), p.way.base_turn + 2e-6);
-  EXPECT_LE(kept.way->base_turn, p.way.base_turn + 1e-6);
+  p.constraints.R_WB0 = R;
+  p.constraints.base_turn = 0.7 * before;
+  const ReachSolution constrained = plan_reach(base, p);
+  ASSERT_TRUE(constrained.found) << constrained.failure;
+  expect_arrival(arms.model, p, constrained);
+  EXPECT_LE(largest_on(arms.model, p, constrained, turn), p.constraints.base_turn + 2e-6);
+  EXPECT_LE(constrained.figures->base_turn, p.constraints.base_turn + 1e-6);
 }
 
 // Each objective against its values for the other solutions; optimality: no small change improves it.
-TEST(WayObjective, IsMinimized) {
+TEST(PathObjective, IsMinimized) {
   SKIP_UNDER_SANITIZERS();
   using Kind = Objective::Kind;
   TiltedArms arms = tilted_arms(4);
   FloatingBase base(arms.model, true);
   ReachProblem& p = arms.problem;
-  p.way.R_WB0 = p.start.X_WB.R;
+  p.constraints.R_WB0 = p.start.X_WB.R;
   const auto solve = [&](Kind kind, int knots) {
     p.objective = Objective(kind, p.start, p.guess, p.lower, p.upper);
-    p.way.knots = knots;
+    p.constraints.knots = knots;
     return plan_reach(base, p);
   };
   for (const Kind kind : {Kind::base_attitude, Kind::base_motion, Kind::effort}) {
@@ -363,34 +363,34 @@ TEST(WayObjective, IsMinimized) {
     EXPECT_EQ(one.terms[0], one.objective);
     EXPECT_LT(three.objective, one.objective * (1 + 1e-6) + 1e-9);
     p.objective = Objective(Kind::excursion, p.start, p.guess, p.lower, p.upper);
-    p.way.knots = 0;
-    const ReachSolution least_way = plan_reach(base, p);
+    p.constraints.knots = 0;
+    const ReachSolution min_excursion = plan_reach(base, p);
     // The same term of the plan with minimum excursion.
     p.objective = Objective(std::vector<Objective::Term>{{Kind::excursion, 1}, {kind, 1e-12}}, p.start, p.guess,
                             p.lower, p.upper);
     const ReachSolution measured = plan_reach(base, p);
     ASSERT_EQ(measured.terms.size(), 2u);
-    EXPECT_NEAR(measured.terms[0], least_way.objective, 1e-6 * least_way.objective);
+    EXPECT_NEAR(measured.terms[0], min_excursion.objective, 1e-6 * min_excursion.objective);
     EXPECT_LT(three.objective, 0.9 * measured.terms[1]);
   }
 }
 
-// --- Wheels that keep the base's attitude
+// --- Wheels that hold the base's attitude
 
 // Shares and their integral against finite differences.
 TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   Worst worst("shares of wheels against differences");
   TiltedArms arms = tilted_arms(2);
   FloatingBase base(arms.model, true);
-  base.keep_attitude();
+  base.hold_attitude();
   ReachProblem& p = arms.problem;
   WheelMomentum wheels;
   wheels.wheels = {{"a", {0.3, -0.1, 0.2}, 0.1, 0.2}, {"b", {-0.2, 0.4, 0.1}, 0, -0.1}};
   wheels.H = {1, -2, 0.5}, wheels.begin = p.start.begin, wheels.rate = 0.1;
-  p.way.wheels = wheels, p.way.wheel_share = 0.5;
+  p.constraints.wheels = wheels, p.constraints.wheel_share = 0.5;
   p.objective = Objective(Objective::Kind::wheel_momentum, p.start, p.guess, p.lower, p.upper);
   constexpr int kKnotsHere = 2;
-  ConstrainedSegment way(base, p, kKnotsHere, 2);
+  ConstrainedSegment segment(base, p, kKnotsHere, 2);
   Random random(77);
   std::vector<double> y = p.guess;
   for (double& x : y) x += random.uniform(-0.2, 0.2);
@@ -398,25 +398,25 @@ TEST(PlannedWheels, DerivativesAgreeWithFiniteDifferences) {
   ShootingIterate like;
   like.position = p.guess, like.rate.assign(p.guess.size(), 0.0);
   like.coefficients.assign(static_cast<std::size_t>(kKnotsHere * base.joints()), 0.0);
-  ASSERT_TRUE(way.shoot(y, like, SegmentAccuracy::full).valid);
-  like = way.shot();
+  ASSERT_TRUE(segment.shoot(y, like, SegmentAccuracy::full).valid);
+  like = segment.iterate();
   like.K.resize(0, 0);
-  const std::vector<ConstrainedSegment::Instant> instants = {{PathConstraintCheck::Kept::wheel, 0, 1, 3},
-                                                             {PathConstraintCheck::Kept::wheel, 1, -1, 20}};
+  const std::vector<ConstrainedSegment::Instant> instants = {{PathConstraintCheck::Kind::wheel, 0, 1, 3},
+                                                             {PathConstraintCheck::Kind::wheel, 1, -1, 20}};
   std::vector<Eigen::VectorXd> gradients(instants.size());
-  for (std::size_t i = 0; i < instants.size(); ++i) way.value(instants[i], &gradients[i]);
+  for (std::size_t i = 0; i < instants.size(); ++i) segment.value(instants[i], &gradients[i]);
   Eigen::VectorXd of_objective;
-  way.objective(&of_objective);
+  segment.objective(&of_objective);
   constexpr double h = 1e-5;
   for (std::size_t u = 0; u < y.size(); ++u) {
     std::vector<double> above(instants.size() + 1), below(above.size());
     for (const double sign : {1.0, -1.0}) {
       std::vector<double> moved = y;
       moved[u] += sign * h;
-      ASSERT_TRUE(way.shoot(moved, like, SegmentAccuracy::full).valid);
+      ASSERT_TRUE(segment.shoot(moved, like, SegmentAccuracy::full).valid);
       std::vector<double>& values = sign > 0 ? above : below;
-      for (std::size_t i = 0; i < instants.size(); ++i) values[i] = way.value(instants[i], nullptr);
-      values.back() = way.objective(nullptr);
+      for (std::size_t i = 0; i < instants.size(); ++i) values[i] = segment.value(instants[i], nullptr);
+      values.back() = segment.objective(nullptr);
     }
     for (std::size_t i = 0; i < above.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(u);

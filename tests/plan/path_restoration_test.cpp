@@ -14,7 +14,7 @@
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
-namespace way_restoration_test {
+namespace path_restoration_test {
 
 // A fixed base with one joint that moves from 0 to `angle` in `duration`, to rest.
 struct OneJoint {
@@ -44,7 +44,7 @@ OneJoint one_joint(double angle, double duration) {
 
 // The minimum peak rate of a quintic with these inner knots from 0 to 1 in one second: the Chebyshev approximation of
 // its rate by those of the splines, with Lawson's weights (1961).
-double least_peak_rate(int knots) {
+double min_peak_rate(int knots) {
   constexpr int kTimes = 801, kIterations = 2000;
   const JointSpline spline(knots);
   Eigen::MatrixXd A(kTimes, knots);
@@ -57,16 +57,16 @@ double least_peak_rate(int knots) {
     for (int k = 0; k < knots; ++k) A(i, k) = N[static_cast<std::size_t>(k)].rate;
   }
   if (knots == 0) return b.maxCoeff();
-  double least = b.lpNorm<Eigen::Infinity>();
+  double minimum = b.lpNorm<Eigen::Infinity>();
   for (int i = 0; i < kIterations; ++i) {
     const Eigen::MatrixXd weighted = weight.asDiagonal() * A;
     const Eigen::VectorXd c = (A.transpose() * weighted).ldlt().solve(-(weighted.transpose() * b));
     const Eigen::VectorXd rate = b + A * c;
-    least = std::min(least, rate.lpNorm<Eigen::Infinity>());
+    minimum = std::min(minimum, rate.lpNorm<Eigen::Infinity>());
     weight = weight.cwiseProduct(rate.cwiseAbs());
     weight /= weight.sum();
   }
-  return least;
+  return minimum;
 }
 
 TEST(PathRestoration, MinimizesTheViolation) {
@@ -78,28 +78,28 @@ TEST(PathRestoration, MinimizesTheViolation) {
     const ReachSolution solution = plan_reach(base, one.problem);
     ASSERT_TRUE(solution.found) << solution.failure;
     one.problem.rate_limit = {kLimit};
-    one.problem.way.limits = true;
+    one.problem.constraints.limits = true;
     Shooting shooting(base, one.problem);
-    const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
-    const ConstrainedSolution end = nearest_feasible_path(base, one.problem, shot, knots, 0, kTolerated);
-    const double least = least_peak_rate(knots) * kAngle / kDuration / kLimit - 1;
-    std::printf("[ measured ] %d knots: %.6f, least %.6f\n", knots, end.violation, least);
-    EXPECT_NEAR(end.violation, least, 0.02 * least);
-    EXPECT_NE(end.trouble.find("exceeds its rate limit"), std::string::npos) << end.trouble;
-    ASSERT_TRUE(end.shot);
-    EXPECT_LT(end.shot->largest_error(), 1e-3);
+    const ShootingIterate iterate = shooting.shoot(solution.position, solution.rate);
+    const ConstrainedSolution end = nearest_feasible_path(base, one.problem, iterate, knots, 0, kTolerated);
+    const double minimum = min_peak_rate(knots) * kAngle / kDuration / kLimit - 1;
+    std::printf("[ measured ] %d knots: %.6f, least %.6f\n", knots, end.violation, minimum);
+    EXPECT_NEAR(end.violation, minimum, 0.02 * minimum);
+    EXPECT_NE(end.failure.find("exceeds its rate limit"), std::string::npos) << end.failure;
+    ASSERT_TRUE(end.iterate);
+    EXPECT_LT(end.iterate->largest_error(), 1e-3);
   }
 }
 
 // A limit slightly above the minimum peak rate is satisfied, one slightly below is not.
 TEST(PathRestoration, DistinguishesFeasibleFromInfeasible) {
   constexpr double kAngle = 1.3, kDuration = 8;
-  const double least = least_peak_rate(4) * kAngle / kDuration;
+  const double minimum = min_peak_rate(4) * kAngle / kDuration;
   for (const double share : {1.01, 0.97}) {
     SCOPED_TRACE(share);
     OneJoint one = one_joint(kAngle, kDuration);
-    one.problem.rate_limit = {share * least};
-    one.problem.way.limits = true;
+    one.problem.rate_limit = {share * minimum};
+    one.problem.constraints.limits = true;
     FloatingBase base(one.model, false);
     const ReachSolution solution = plan_reach(base, one.problem);
     EXPECT_EQ(solution.found, share > 1) << solution.failure;
@@ -107,7 +107,7 @@ TEST(PathRestoration, DistinguishesFeasibleFromInfeasible) {
       EXPECT_LT(solution.rhs_evaluations, 20000);
       continue;
     }
-    EXPECT_LE(solution.way->rate_share, 1 + 1e-6);
+    EXPECT_LE(solution.figures->rate_share, 1 + 1e-6);
   }
 }
 
@@ -123,27 +123,27 @@ TEST_P(Restored, EnforcesRatesAndBaseRotation) {
   const ReachSolution solution = plan_reach(base, arms.problem);
   ASSERT_TRUE(solution.found) << solution.failure;
   Shooting shooting(base, arms.problem);
-  const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
+  const ShootingIterate iterate = shooting.shoot(solution.position, solution.rate);
   ReachProblem p = arms.problem;
-  p.way.limits = true;
-  p.way.base_turn = 1e-4, p.way.R_WB0 = p.start.X_WB.R;
+  p.constraints.limits = true;
+  p.constraints.base_turn = 1e-4, p.constraints.R_WB0 = p.start.X_WB.R;
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 1e-3);
   // Both values of the solution itself.
-  const ConstrainedSolution as_it_is = nearest_feasible_path(base, p, shot, 4, 0, 1e9);
-  ASSERT_TRUE(as_it_is.shot);
+  const ConstrainedSolution as_it_is = nearest_feasible_path(base, p, iterate, 4, 0, 1e9);
+  ASSERT_TRUE(as_it_is.iterate);
   const double fastest = 1e-3 * (1 + as_it_is.violation);
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.85 * fastest);
-  p.way.base_turn = std::numeric_limits<double>::infinity();
-  const ConstrainedSolution slower = nearest_feasible_path(base, p, shot, 4, 0, kTolerated);
-  EXPECT_LE(slower.violation, kTolerated) << slower.trouble;
-  EXPECT_LT(slower.shot->largest_error(), 1e-3);
+  p.constraints.base_turn = std::numeric_limits<double>::infinity();
+  const ConstrainedSolution slower = nearest_feasible_path(base, p, iterate, 4, 0, kTolerated);
+  EXPECT_LE(slower.violation, kTolerated) << slower.failure;
+  EXPECT_LT(slower.iterate->largest_error(), 1e-3);
   p.rate_limit.assign(static_cast<std::size_t>(base.joints()), std::numeric_limits<double>::infinity());
-  p.way.base_turn = 1e-4;
-  const double turn = nearest_feasible_path(base, p, shot, 4, 0, 1e9).violation + 1e-4;
-  p.way.base_turn = 0.7 * turn;
-  const ConstrainedSolution stiller = nearest_feasible_path(base, p, shot, 4, 0, kTolerated);
-  EXPECT_LE(stiller.violation, kTolerated) << stiller.trouble;
-  EXPECT_LT(stiller.shot->largest_error(), 1e-3);
+  p.constraints.base_turn = 1e-4;
+  const double turn = nearest_feasible_path(base, p, iterate, 4, 0, 1e9).violation + 1e-4;
+  p.constraints.base_turn = 0.7 * turn;
+  const ConstrainedSolution stiller = nearest_feasible_path(base, p, iterate, 4, 0, kTolerated);
+  EXPECT_LE(stiller.violation, kTolerated) << stiller.failure;
+  EXPECT_LT(stiller.iterate->largest_error(), 1e-3);
 }
 
 // A light base rotates so far that integrations need different numbers of nodes from step to step.
@@ -156,19 +156,19 @@ TEST(PathRestoration, SupportsChangingNodes) {
     const ReachSolution solution = plan_reach(base, arms.problem);
     if (!solution.found) continue;
     Shooting shooting(base, arms.problem);
-    const ShootingIterate shot = shooting.shoot(solution.position, solution.rate);
+    const ShootingIterate iterate = shooting.shoot(solution.position, solution.rate);
     ReachProblem p = arms.problem;
-    p.way.limits = true;
-    p.way.base_turn = 0.2, p.way.R_WB0 = p.start.X_WB.R;
+    p.constraints.limits = true;
+    p.constraints.base_turn = 0.2, p.constraints.R_WB0 = p.start.X_WB.R;
     p.rate_limit.assign(static_cast<std::size_t>(base.joints()), 0.1);
     for (int attempt = 0; attempt <= 3; ++attempt) {
-      const ConstrainedSolution restored = nearest_feasible_path(base, p, shot, 4, attempt, kTolerated);
-      EXPECT_TRUE(std::isfinite(restored.violation) || !restored.shot);
-      const ConstrainedSolution kept = solve_with_path_constraints(base, p, shot, 4, attempt);
-      EXPECT_TRUE(!kept.kept || kept.violation <= kTolerated);
+      const ConstrainedSolution restored = nearest_feasible_path(base, p, iterate, 4, attempt, kTolerated);
+      EXPECT_TRUE(std::isfinite(restored.violation) || !restored.iterate);
+      const ConstrainedSolution constrained = solve_with_path_constraints(base, p, iterate, 4, attempt);
+      EXPECT_TRUE(!constrained.feasible || constrained.violation <= kTolerated);
     }
   }
 }
 
-}  // namespace way_restoration_test
+}  // namespace path_restoration_test
 }  // namespace grapnel::testing

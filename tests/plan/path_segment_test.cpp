@@ -13,15 +13,15 @@
 namespace grapnel::testing {
 namespace path_segment_test {
 
-struct Flight {
+struct SegmentCase {
   Servicer servicer;
   SegmentStart start;
   Vector3d gravity;
   std::vector<double> position, rate;  // final
 };
 
-Flight random_flight(int i) {
-  Flight f{random_servicer(i), {}, {}, {}, {}};
+SegmentCase random_case(int i) {
+  SegmentCase f{random_servicer(i), {}, {}, {}, {}};
   Random random(1000 + i);
   const JointProfile profile = i % 2 == 0 ? JointProfile::quintic : JointProfile::cycloidal;
   f.start = {1.0, 4.0, profile, f.servicer.theta(), f.servicer.rates(), f.servicer.X_WB()};
@@ -34,7 +34,7 @@ Flight random_flight(int i) {
 }
 
 // The same motion by forward dynamics with prescribed joints.
-PhaseSetup followed(const Flight& f) {
+PhaseSetup followed(const SegmentCase& f) {
   PhaseSetup setup;
   setup.gravity = f.gravity;
   for (std::size_t j = 0; j < f.position.size(); ++j) {
@@ -48,7 +48,7 @@ PhaseSetup followed(const Flight& f) {
   return setup;
 }
 
-Posed simulated_end(const Flight& f, const PhaseSetup& setup) {
+Posed simulated_end(const SegmentCase& f, const PhaseSetup& setup) {
   PhaseDynamics dynamics(f.servicer.model, setup);
   const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
   EXPECT_TRUE(outcome.finished) << outcome.failure;
@@ -59,10 +59,10 @@ TEST(PathSegment, AgreesWithForwardDynamics) {
   Worst position("end of a segment against the simulation [m]"), angle("the same [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     FloatingBase base(f.servicer.model, true);
     PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
-    const SegmentEnd end = segment.fly(f.position, f.rate, false);
+    const SegmentEnd end = segment.integrate(f.position, f.rate, false);
     ASSERT_TRUE(end.finished) << end.failure;
     const Posed expected = simulated_end(f, followed(f));
     EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // the base has rotated
@@ -76,16 +76,16 @@ TEST(PathSegment, AttitudeControlledBaseAgreesWithSimulation) {
   Worst position("end of a segment with the attitude kept against the simulation [m]");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
-    Flight f = random_flight(i);
+    SegmentCase f = random_case(i);
     Twistd V = root_twist(f.servicer.model, f.servicer.state, 0);
     V.angular = Vector3d::zero();
     set_root_twist(f.servicer.model, 0, V, f.servicer.state);
     FloatingBase base(f.servicer.model, true);
-    base.keep_attitude();
+    base.hold_attitude();
     const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
-    EXPECT_GT(norm(motion.h.angular), 1e-3);  // it has no effect
+    EXPECT_GT(norm(motion.h.angular), 1e-3);  // angular momentum has no effect
     PathSegment segment(base, f.start, motion);
-    const SegmentEnd end = segment.fly(f.position, f.rate, true);
+    const SegmentEnd end = segment.integrate(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
     PhaseSetup setup = followed(f);
     setup.attitude = AttitudeControl{0, f.start.X_WB.R, {10, 10, 10}, {10, 10, 10}};
@@ -99,7 +99,8 @@ TEST(PathSegment, AttitudeControlledBaseAgreesWithSimulation) {
     for (std::size_t j = 0; j < f.position.size(); ++j) {
       std::vector<double> up = f.position, down = f.position;
       up[j] += h, down[j] -= h;
-      const Vector3d moved = segment.fly(up, f.rate, false).X_WB.p - segment.fly(down, f.rate, false).X_WB.p;
+      const Vector3d moved =
+          segment.integrate(up, f.rate, false).X_WB.p - segment.integrate(down, f.rate, false).X_WB.p;
       const Eigen::Vector3d difference = column((0.5 / h) * transposed_times(f.start.X_WB.R, moved));
       EXPECT_LT((end.per_position.col(static_cast<Eigen::Index>(j)).tail<3>() - difference).norm(), 1e-6);
       EXPECT_EQ(end.per_position.col(static_cast<Eigen::Index>(j)).head<3>().norm(), 0);
@@ -111,16 +112,16 @@ TEST(PathSegment, SensitivitiesAgreeWithFiniteDifferences) {
   Worst worst("sensitivities of the base's end");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     FloatingBase base(f.servicer.model, true);
     PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
-    const SegmentEnd end = segment.fly(f.position, f.rate, true);
+    const SegmentEnd end = segment.integrate(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
     const double h = 1e-4;
     // Displacement of the base in B between two integrations.
     const auto difference = [&](const std::vector<double>& x1, const std::vector<double>& r1,
                                 const std::vector<double>& x0, const std::vector<double>& r0) {
-      const Posed X1 = segment.fly(x1, r1, false).X_WB, X0 = segment.fly(x0, r0, false).X_WB;
+      const Posed X1 = segment.integrate(x1, r1, false).X_WB, X0 = segment.integrate(x0, r0, false).X_WB;
       const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
       return Vector6d((Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h));
     };
@@ -141,13 +142,13 @@ TEST(PathSegment, SearchAccuracyReducesTheCost) {
   Worst angle("end of a segment as a search sees it [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
-    Flight f = random_flight(i);
+    SegmentCase f = random_case(i);
     for (double& rate : f.rate) rate *= 10;  // joints that overshoot
     FloatingBase base(f.servicer.model, true);
     const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
     PathSegment full(base, f.start, motion), search(base, f.start, motion);
-    const SegmentEnd exact = full.fly(f.position, f.rate, false);
-    const SegmentEnd rough = search.fly(f.position, f.rate, false, SegmentAccuracy::search);
+    const SegmentEnd exact = full.integrate(f.position, f.rate, false);
+    const SegmentEnd rough = search.integrate(f.position, f.rate, false, SegmentAccuracy::search);
     ASSERT_TRUE(exact.finished && rough.finished);
     EXPECT_LT(angle.note(rotation_angle(transpose(exact.X_WB.R) * rough.X_WB.R), i), 1e-8);
     EXPECT_LE(search.rhs_evaluations(), full.rhs_evaluations());
@@ -155,15 +156,15 @@ TEST(PathSegment, SearchAccuracyReducesTheCost) {
 }
 
 TEST(PathSegment, ReportsUnresolvedMotion) {
-  Flight f = random_flight(0);
+  SegmentCase f = random_case(0);
   for (double& rate : f.rate) rate *= 1e6;
   FloatingBase base(f.servicer.model, true);
   PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
-  const SegmentEnd end = segment.fly(f.position, f.rate, true);
+  const SegmentEnd end = segment.integrate(f.position, f.rate, true);
   EXPECT_FALSE(end.finished);
   EXPECT_EQ(end.failure, "the base's rotation is not resolved by 8192 nodes on a segment of 3 s");
   f.rate[0] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(segment.fly(f.position, f.rate, true).finished);
+  EXPECT_FALSE(segment.integrate(f.position, f.rate, true).finished);
 }
 
 }  // namespace path_segment_test

@@ -43,7 +43,7 @@ inline Model with_spinning_rotors(const Model& model, Random& random) {
 
 inline Servicer random_servicer(int index, bool free_root = true) {
   RobotOptions options;
-  options.least_bodies = 3, options.most_bodies = 12;
+  options.min_bodies = 3, options.max_bodies = 12;
   options.free_root = free_root;
   Random random(index);
   Model model = random_model(options, random);

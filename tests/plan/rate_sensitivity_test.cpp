@@ -73,7 +73,7 @@ TEST(RateSensitivity, AgreesWithFiniteDifferences) {
 }
 
 // Final end-effector errors of a forward dynamics simulation with exact joint tracking, independent of planning.
-double flown_miss(const TiltedArms& arms, const ReachSolution& plan) {
+double simulated_miss(const TiltedArms& arms, const ReachSolution& plan) {
   const ReachProblem& p = arms.problem;
   PhaseSetup setup;
   for (std::size_t j = 0; j < plan.position.size(); ++j) {
@@ -106,7 +106,7 @@ TEST(TiltedArms, AreAllPlannedAndArrive) {
       EXPECT_LT(m.angle, kArrived);
     }
     if (seed % 10 == 0) {
-      EXPECT_LT(worst.note(flown_miss(arms, plan), static_cast<int>(seed)), 1e-10);
+      EXPECT_LT(worst.note(simulated_miss(arms, plan), static_cast<int>(seed)), 1e-10);
     }
   }
 }

@@ -90,19 +90,19 @@ TEST(ThesisPlan, ObjectivesSelectAmongSolutions) {
   // Minimal within the freedom of the goals: the gradient is in the span of the goals' gradients.
   ReachProblem q = p;
   Shooting shooting(base, q);
-  const ShootingIterate shot = shooting.shoot(excursion.position, excursion.rate);
+  const ShootingIterate iterate = shooting.shoot(excursion.position, excursion.rate);
   // By finite differences over positions, with the corresponding rates.
   Eigen::VectorXd gradient(6);
   for (int j = 0; j < 6; ++j) {
     const auto value = [&](double h) {
       std::vector<double> x = excursion.position;
       x[j] += h;
-      const ShootingIterate near = shooting.shoot(x, shot.rate);
+      const ShootingIterate near = shooting.shoot(x, iterate.rate);
       return p.objective.value(base, p.goals, near.position, near.rate, nullptr);
     };
     gradient[j] = (value(1e-4) - value(-1e-4)) / 2e-4;
   }
-  const Eigen::MatrixXd Jt = shot.J.transpose();
+  const Eigen::MatrixXd Jt = iterate.J.transpose();
   const Eigen::VectorXd multipliers = Jt.completeOrthogonalDecomposition().solve(gradient);
   EXPECT_LT((gradient - Jt * multipliers).norm(), 1e-5 * gradient.norm());  // measured 2e-8
 }
@@ -210,7 +210,7 @@ TEST(RandomPlan, ReachesGoalsOfASimulation) {
     for (double& x : position) x += random.uniform(-0.7, 0.7);
     for (double& x : rate) x = random.uniform(-0.2, 0.2);
     PathSegment segment(base, p.start, p.motion);
-    const SegmentEnd end = segment.fly(position, rate, false);
+    const SegmentEnd end = segment.integrate(position, rate, false);
     base.place(position);
     const Momentumd h_B = p.motion.in_base(p.start.end, end.X_WB);
     base.move(rate, h_B);
@@ -230,7 +230,7 @@ TEST(RandomPlan, ReachesGoalsOfASimulation) {
     const ReachSolution r = plan_reach(base, p);
     if (!r.found) continue;
     ++solved;
-    const SegmentEnd check = segment.fly(r.position, r.rate, false);
+    const SegmentEnd check = segment.integrate(r.position, r.rate, false);
     base.place(r.position);
     const Posed X_WE = check.X_WB * base.frame_pose(frame);
     EXPECT_LT(worst.note(norm(X_WE.p - g.X_WG.p), i), 1e-9);

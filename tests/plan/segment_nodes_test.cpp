@@ -16,24 +16,24 @@ constexpr int kSimulations = 40;
 
 // Random robots, some with prismatic joints and rotors; floating with and without angular momentum,
 // attitude-controlled, and on a fixed root; with and without splines.
-struct Flight {
+struct SegmentCase {
   Servicer servicer;
   SegmentStart start;
   std::vector<double> position, rate, coefficients;
   FreeMotion motion;
-  bool floats, keeps_attitude;
+  bool floats, holds_attitude;
   int panels;
 
   FloatingBase base() const {
     FloatingBase result(servicer.model, floats);
-    if (keeps_attitude) result.keep_attitude();
+    if (holds_attitude) result.hold_attitude();
     return result;
   }
 };
 
-Flight random_flight(int i) {
+SegmentCase random_case(int i) {
   const bool floats = i % 5 != 4;
-  Flight f{random_servicer(i, floats), {}, {}, {}, {}, {}, floats, i % 5 == 3, 1 + i % 3};
+  SegmentCase f{random_servicer(i, floats), {}, {}, {}, {}, {}, floats, i % 5 == 3, 1 + i % 3};
   Random random(4000 + i);
   const int knots = i % 4 < 2 ? 0 : 2;
   f.start = {1.0, 4.0, JointProfile::quintic, f.servicer.theta(), f.servicer.rates(), f.servicer.X_WB(), knots};
@@ -68,11 +68,11 @@ void put(std::vector<double>& all, const PlacedLinks& links) {
 }
 
 // All results of an integration, including those of every node.
-std::vector<double> all_of(const Flight& f, std::optional<lanes::InstructionSet> set) {
+std::vector<double> all_of(const SegmentCase& f, std::optional<lanes::InstructionSet> set) {
   FloatingBase base = f.base();
   PathSegment segment(base, f.start, f.motion, set);
   segment.solve_with_path_constraints(f.panels);
-  const SegmentEnd end = segment.fly(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients);
+  const SegmentEnd end = segment.integrate(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients);
   EXPECT_TRUE(end.finished) << end.failure;
   std::vector<double> all;
   put(all, &end.X_WB.R.m[0][0], 9), put(all, &end.X_WB.p[0], 3);
@@ -92,11 +92,11 @@ std::string differences(const std::vector<double>& a, const std::vector<double>&
   if (a.size() != b.size()) return "different sizes";
   if (std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0) return "";
   std::string result = "of " + std::to_string(a.size()) + " numbers";
-  int said = 0;
-  for (std::size_t i = 0; i < a.size() && said < 3; ++i) {
+  int reported = 0;
+  for (std::size_t i = 0; i < a.size() && reported < 3; ++i) {
     if (std::memcmp(&a[i], &b[i], sizeof(double)) == 0) continue;
     result += ", " + std::to_string(i) + ": " + std::to_string(a[i]) + " - " + std::to_string(a[i] - b[i]);
-    ++said;
+    ++reported;
   }
   return result;
 }
@@ -104,7 +104,7 @@ std::string differences(const std::vector<double>& a, const std::vector<double>&
 TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
   for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     const std::vector<double> expected = all_of(f, std::nullopt);
     EXPECT_GT(expected.size(), 1000u);
     for (const lanes::InstructionSet set : lanes::supported_instruction_sets()) {
@@ -113,18 +113,18 @@ TEST(SegmentNodes, HaveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-// Nodes that are not stored reuse the same memory; leftover contents must not matter.
+// Nodes that are not stored reuse the same memory; its old contents must have no effect.
 TEST(SegmentNodes, BitsAreIndependentOfStoredNodes) {
   for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     FloatingBase base = f.base();
-    PathSegment kept(base, f.start, f.motion), thrown_away(base, f.start, f.motion);
+    PathSegment stored(base, f.start, f.motion), discarded(base, f.start, f.motion);
     std::vector<double> bits[2];
-    for (const auto& [segment, to] : {std::pair{&kept, &bits[0]}, {&thrown_away, &bits[1]}}) {
-      if (segment == &kept) segment->solve_with_path_constraints(1);
+    for (const auto& [segment, to] : {std::pair{&stored, &bits[0]}, {&discarded, &bits[1]}}) {
+      if (segment == &stored) segment->solve_with_path_constraints(1);
       for (const SegmentAccuracy accuracy : {SegmentAccuracy::search, SegmentAccuracy::full}) {
-        const SegmentEnd end = segment->fly(f.position, f.rate, true, accuracy, f.coefficients);
+        const SegmentEnd end = segment->integrate(f.position, f.rate, true, accuracy, f.coefficients);
         put(*to, &end.X_WB.R.m[0][0], 9), put(*to, &end.X_WB.p[0], 3);
         put_matrix(*to, end.per_position), put_matrix(*to, end.per_rate), put_matrix(*to, end.per_coefficient);
       }
@@ -140,11 +140,11 @@ TEST(SegmentNodes, AgreeWithTheFloatingBase) {
   int turned = 0;
   for (int i = 0; i < kSimulations; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Flight f = random_flight(i);
+    const SegmentCase f = random_case(i);
     FloatingBase base = f.base();
     PathSegment segment(base, f.start, f.motion);
     segment.solve_with_path_constraints(f.panels);
-    ASSERT_TRUE(segment.fly(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients).finished);
+    ASSERT_TRUE(segment.integrate(f.position, f.rate, true, SegmentAccuracy::full, f.coefficients).finished);
     const auto n = static_cast<std::size_t>(base.joints());
     for (int node = 0; node < segment.path_points(); node += 3) {
       const PathSegment::SegmentPoint w = segment.path_point(node);
@@ -153,7 +153,7 @@ TEST(SegmentNodes, AgreeWithTheFloatingBase) {
       std::vector<double> of_node, expected;
       put(of_node, w.links()), put(expected, placed);
       ASSERT_EQ(differences(of_node, expected), "") << "node " << node;
-      if (!f.floats || f.keeps_attitude || norm(f.motion.h.angular) > 0) continue;
+      if (!f.floats || f.holds_attitude || norm(f.motion.h.angular) > 0) continue;
       const Vector3d u = FloatingBase::momentum_of_rates(placed, w.rate);
       EXPECT_EQ(norm(placed.H_inverse * -u - w.w_B), 0);
       std::vector<Vector3d> g(n);

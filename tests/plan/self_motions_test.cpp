@@ -28,13 +28,13 @@ StraightInProblem turning(const Servicer& s, FloatingBase& base, Goal::Orientati
   body.com = goal.X_TG.p + random.vector(0.15);
   body.V_WT.angular = (2 * std::numbers::pi * turns / (p.end - p.begin)) * axis;
   body.V_WT.linear = Vector3d{0.01, -0.01, 0.005} - cross(body.V_WT.angular, body.X_WT.R * body.com);
-  p.most_steps = 2000;
+  p.max_steps = 2000;
   return p;
 }
 
 // Limits that the minimum-norm rates satisfy with a small margin.
-ReachProblem just_kept(const Servicer& s, const StraightInProblem& p, const StraightInPath& path) {
-  ReachProblem kept = nothing_kept(s, p);
+ReachProblem with_tight_limits(const Servicer& s, const StraightInProblem& p, const StraightInPath& path) {
+  ReachProblem reach = without_limits(s, p);
   constexpr double kSpare = 2e-3;  // [rad], and as a share of the rates
   for (std::size_t j = 0; j < path.joints.size(); ++j) {
     double lowest = kNone, highest = -kNone, fastest = 0;
@@ -43,10 +43,10 @@ ReachProblem just_kept(const Servicer& s, const StraightInProblem& p, const Stra
       lowest = std::min(lowest, at.position), highest = std::max(highest, at.position);
       fastest = std::max(fastest, std::abs(at.rate));
     }
-    kept.lower[j] = lowest - kSpare, kept.upper[j] = highest + kSpare;
-    kept.rate_limit[j] = (1 + kSpare) * fastest;
+    reach.lower[j] = lowest - kSpare, reach.upper[j] = highest + kSpare;
+    reach.rate_limit[j] = (1 + kSpare) * fastest;
   }
-  return kept;
+  return reach;
 }
 
 constexpr Goal::Orientation kOrientations[] = {Goal::Orientation::free, Goal::Orientation::axis};
@@ -65,9 +65,9 @@ TEST(SelfMotions, CoarseStepsRejectNoFeasibleCase) {
         const StraightInPath path = plan_straight_in(base, p);
         if (!path.finished || path.damped || path.unmet > 1e-9) continue;
         ++cases;
-        const ConstrainedStraightIn way = constrain_straight_in(base, p, just_kept(s, p, path));
-        EXPECT_TRUE(way.kept) << way.trouble;
-        EXPECT_TRUE(way.self_motion.coefficients.empty());
+        const ConstrainedStraightIn result = constrain_straight_in(base, p, with_tight_limits(s, p, path));
+        EXPECT_TRUE(result.feasible) << result.failure;
+        EXPECT_TRUE(result.self_motion.coefficients.empty());
       }
     }
   }
@@ -102,15 +102,15 @@ TEST(SelfMotions, ErrorEstimateBoundsTheError) {
         }
         return std::max(off, rate_off / fastest);
       };
-      const double off = integrated(), said = motions.error();
+      const double off = integrated(), estimate = motions.error();
       if (off > 1e-9) {
-        below.note(off / said, seed), above.note(said / off, seed);
+        below.note(off / estimate, seed), above.note(estimate / off, seed);
       }
       ASSERT_TRUE(motions.refine());
-      const double off_then = integrated(), said_then = motions.error();
+      const double off_then = integrated(), estimate_then = motions.error();
       if (off < 0.05) {
         EXPECT_LT(off_then, 0.2 * off) << turns << " turns, seed " << seed;
-        EXPECT_LT(said_then, 0.2 * said) << turns << " turns, seed " << seed;
+        EXPECT_LT(estimate_then, 0.2 * estimate) << turns << " turns, seed " << seed;
       }
     }
   }

@@ -28,7 +28,7 @@ class Small : public NonlinearProgram {
   bool names_all = true;            // else only rows that were violated once
   int visits = 0;
 
-  bool go_to(const std::vector<double>& y) override {
+  bool move_to(const std::vector<double>& y) override {
     ++visits;
     y_ = Eigen::Vector2d(y[0], y[1]);
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -36,16 +36,16 @@ class Small : public NonlinearProgram {
     }
     return y_.norm() < 100;
   }
-  double value() override { return f(y_).value - (distances.empty() ? 0 : least()); }
+  double value() override { return f(y_).value - (distances.empty() ? 0 : min_distance()); }
   double violation() override {
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Function& g : rows) most = std::max(most, g(y_).value);
-    for (const Function& e : goals) most = std::max(most, std::abs(e(y_).value));
-    return most;
+    double result = -std::numeric_limits<double>::infinity();
+    for (const Function& g : rows) result = std::max(result, g(y_).value);
+    for (const Function& e : goals) result = std::max(result, std::abs(e(y_).value));
+    return result;
   }
-  bool has_more() override { return known_ != told_; }
+  bool has_more() override { return known_ != linearized_; }
   Linearized linearized() override {
-    told_ = known_, level_ = distances.empty() ? 0 : least();
+    linearized_ = known_, level_ = distances.empty() ? 0 : min_distance();
     const Eigen::Index size = distances.empty() ? 2 : 3;
     const auto wide = [&](const Eigen::Vector2d& slope, double of_level) {
       Eigen::RowVectorXd row(size);
@@ -71,7 +71,7 @@ class Small : public NonlinearProgram {
     }
     return at;
   }
-  void look(std::span<const long> numbers, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
+  void evaluate(std::span<const long> numbers, Eigen::VectorXd& error, Eigen::VectorXd& violated) override {
     error.resize(static_cast<Eigen::Index>(goals.size()));
     for (Eigen::Index i = 0; i < error.size(); ++i) error[i] = goals[static_cast<std::size_t>(i)](y_).value;
     violated.resize(static_cast<Eigen::Index>(numbers.size()));
@@ -82,7 +82,7 @@ class Small : public NonlinearProgram {
   // Minimizes from y; returns the number of steps.
   int solve(std::vector<double>& y, const QuadraticSearch& search = {}, const std::vector<int>& free = {0, 1}) {
     known_.assign(rows.size(), names_all);
-    go_to(y);
+    move_to(y);
     Eigen::MatrixXd B;
     const int steps = minimize(*this, free, search, y, B);
     EXPECT_EQ(y_[0], y[0]);
@@ -91,7 +91,7 @@ class Small : public NonlinearProgram {
   }
 
  private:
-  double least() const {
+  double min_distance() const {
     double d = std::numeric_limits<double>::infinity();
     for (const Function& each : distances) d = std::min(d, each(y_).value);
     return d;
@@ -106,7 +106,7 @@ class Small : public NonlinearProgram {
 
   Eigen::Vector2d y_ = Eigen::Vector2d::Zero();
   double level_ = 0;
-  std::vector<bool> known_, told_;
+  std::vector<bool> known_, linearized_;
 };
 
 Value rosenbrock(const Eigen::Vector2d& y) {
@@ -206,7 +206,7 @@ TEST(SequentialQuadratic, EndsEarlyForInfeasibleRows) {
   EXPECT_GT(program.violation(), 1);
 }
 
-TEST(SequentialQuadratic, KeepsFixedUnknowns) {
+TEST(SequentialQuadratic, LeavesFixedUnknownsUnchanged) {
   Small program;
   program.f = rosenbrock;
   std::vector<double> y = {0.5, 2};

@@ -53,7 +53,7 @@ bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<doub
   std::vector<double> rate(position.size(), 0.0);
   PathSegment segment(base, p.start, p.motion);
   for (int i = 0; i < 12; ++i) {
-    const SegmentEnd end = segment.fly(position, rate, false);
+    const SegmentEnd end = segment.integrate(position, rate, false);
     if (!end.finished) return false;
     base.place(position);
     for (Goal& g : p.goals) {
@@ -61,13 +61,13 @@ bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<doub
       g.V_WG = shift(V_WO, g.X_WG.p);
       g.direction_W = g.X_WG.R * g.axis_E;
     }
-    const ShootingIterate shot = Shooting(base, p).shoot(position, rate);
-    if (!shot.valid) return false;
-    for (double r : shot.rate) {
+    const ShootingIterate iterate = Shooting(base, p).shoot(position, rate);
+    if (!iterate.valid) return false;
+    for (double r : iterate.rate) {
       if (std::abs(r) > 1) return false;  // close to a singularity: skipped
     }
-    if (shot.error.norm() < 1e-8) return true;  // within the tolerance of a solution
-    rate = shot.rate;
+    if (iterate.error.norm() < 1e-8) return true;  // within the tolerance of a solution
+    rate = iterate.rate;
   }
   return false;
 }

@@ -10,8 +10,8 @@ namespace shared_target_test {
 
 using Orientation = Goal::Orientation;
 
-// Two or three arms, in space or in a plane (where orientations and twists contain infeasible rows out of the plane),
-// some with one more common joint.
+// Two or three arms in space or in a plane, some with one more common joint. In the plane, rows of orientations and
+// twists out of the plane are infeasible.
 TEST(RandomSharedTarget, IsReachedByAllEndEffectors) {
   Worst worst("error of hands at a shared target [m or rad]"), unmet("demanded motion left unmet [m/s or rad/s]");
   const RateDemand demands[] = {RateDemand::velocity, RateDemand::twist, RateDemand::linear, RateDemand::task};
@@ -35,7 +35,7 @@ TEST(RandomSharedTarget, IsReachedByAllEndEffectors) {
     unmet.note(r.unmet_rate, i);
     // Integrated again, the end-effectors are at the target's grasp points.
     PathSegment segment(base, p.start, p.motion);
-    const SegmentEnd end = segment.fly(r.position, r.rate, false);
+    const SegmentEnd end = segment.integrate(r.position, r.rate, false);
     base.place(r.position);
     for (const Goal& g : p.goals) {
       const Posed X_WE = end.X_WB * base.frame_pose(g.frame);

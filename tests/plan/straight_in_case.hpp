@@ -68,13 +68,13 @@ inline StraightInProblem problem_for(const Servicer& s, FloatingBase& base, Goal
 }
 
 // A problem without path constraints.
-inline ReachProblem nothing_kept(const Servicer& s, const StraightInProblem& p) {
-  ReachProblem kept = reach_problem(s, p.end - p.begin, JointProfile::quintic, {0, 0, 0});
-  kept.motion = p.motion;
-  kept.rate_limit.assign(7, kNone);
-  kept.way.effort_limit.assign(7, kNone);
-  kept.way.limits = true;
-  return kept;
+inline ReachProblem without_limits(const Servicer& s, const StraightInProblem& p) {
+  ReachProblem reach = reach_problem(s, p.end - p.begin, JointProfile::quintic, {0, 0, 0});
+  reach.motion = p.motion;
+  reach.rate_limit.assign(7, kNone);
+  reach.constraints.effort_limit.assign(7, kNone);
+  reach.constraints.limits = true;
+  return reach;
 }
 
 }  // namespace grapnel::testing

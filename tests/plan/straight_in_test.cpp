@@ -12,7 +12,7 @@ namespace grapnel::testing {
 namespace straight_in_test {
 
 // Results of a simulation of the joint motion with a free target.
-struct Flown {
+struct Simulated {
   double line = 0;                           // maximum distance of the end-effector from the line [m]
   double distance = 1, speed = 0, spin = 0;  // of the end-effector from its grasp point, and relative to it, at the end
   double momentum = 0, drift = 0;            // of the servicer about its centre of mass, and its change
@@ -27,7 +27,7 @@ std::size_t joint_index(const Model& model, int joint) {
                                   model.joints().begin());
 }
 
-Flown flown(const Servicer& s, FloatingBase& base, const StraightInProblem& p, const StraightInPath& path) {
+Simulated simulated(const Servicer& s, FloatingBase& base, const StraightInProblem& p, const StraightInPath& path) {
   BodyDescription target;
   target.name = target.joint.name = "target";
   target.joint.type = JointType::free;
@@ -53,7 +53,7 @@ Flown flown(const Servicer& s, FloatingBase& base, const StraightInProblem& p, c
   set_root_twist(both, 0, p.X_WB.R * twist_from(base.base_twist()), state);
   PhaseDynamics dynamics(both, setup);
   const StraightGoal& goal = p.goals[0];
-  Flown f;
+  Simulated f;
   f.lowest.assign(7, kNone), f.highest.assign(7, -kNone), f.fastest.assign(7, 0);
   f.strongest = f.fast_ends = f.strong_ends = f.fastest;
   f.momentum = norm(p.motion.h.angular);
@@ -105,7 +105,7 @@ TEST(StraightIn, ArrivesOnTheLineAtTheDemandedSpeed) {
     EXPECT_FALSE(path.damped);
     EXPECT_LT(path.fit_error, 1e-11);
     EXPECT_LT(path.unmet, 1e-12);
-    const Flown f = flown(s, base, p, path);
+    const Simulated f = simulated(s, base, p, path);
     EXPECT_LT(line.note(f.line, static_cast<int>(orientation)), 1e-9);
     EXPECT_LT(arrival.note(f.distance, static_cast<int>(orientation)), 1e-9);
     EXPECT_NEAR(f.speed, 0.02, 1e-9);
@@ -139,30 +139,30 @@ TEST(StraightIn, DampsAndReportsASingularity) {
 // --- Limits enforced by self-motion
 
 TEST(SelfMotion, TermsAreOrthonormalAndVanishTwiceAtTheEnds) {
-  constexpr int kMost = 12;
+  constexpr int kCount = 12;
   const GaussLegendre rule(20);  // exact to degree 39
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(kMost, kMost);
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(kCount, kCount);
   for (int i = 0; i < rule.stages(); ++i) {
-    Eigen::VectorXd phi(kMost);
-    self_motion_basis(rule.node(i), {phi.data(), kMost});
+    Eigen::VectorXd phi(kCount);
+    self_motion_basis(rule.node(i), {phi.data(), kCount});
     gram += rule.weight(i) * phi * phi.transpose();
   }
-  EXPECT_LT((gram - Eigen::MatrixXd::Identity(kMost, kMost)).lpNorm<Eigen::Infinity>(), 1e-12);
+  EXPECT_LT((gram - Eigen::MatrixXd::Identity(kCount, kCount)).lpNorm<Eigen::Infinity>(), 1e-12);
   for (const double end : {0.0, 1.0}) {
-    Eigen::VectorXd at(kMost), near(kMost);
-    self_motion_basis(end, {at.data(), kMost}), self_motion_basis(std::abs(end - 1e-6), {near.data(), kMost});
+    Eigen::VectorXd at(kCount), near(kCount);
+    self_motion_basis(end, {at.data(), kCount}), self_motion_basis(std::abs(end - 1e-6), {near.data(), kCount});
     EXPECT_EQ(at.lpNorm<Eigen::Infinity>(), 0);
     EXPECT_LT(near.lpNorm<Eigen::Infinity>(), 1e-7);
   }
 }
 
 // The joint with the largest displacement from its initial value, its direction and the displacement.
-std::pair<int, double> farthest(const StraightInProblem& p, const Flown& f) {
+std::pair<int, double> farthest(const StraightInProblem& p, const Simulated& f) {
   std::pair<int, double> result{0, 0};
   for (int j = 0; j < 7; ++j) {
     const double up = f.highest[j] - p.position[j], down = f.lowest[j] - p.position[j];
-    const double way = up > -down ? up : down;
-    if (std::abs(way) > std::abs(result.second)) result = {j, way};
+    const double excursion = up > -down ? up : down;
+    if (std::abs(excursion) > std::abs(result.second)) result = {j, excursion};
   }
   return result;
 }
@@ -175,26 +175,26 @@ TEST(ConstrainedStraightInCase, SelfMotionEnforcesPositionLimits) {
     FloatingBase base(s.model, true);
     StraightInProblem p = problem_for(s, base, orientation);
     const StraightInPath simple = plan_straight_in(base, p);
-    const auto [joint, way] = farthest(p, flown(s, base, p, simple));
-    ReachProblem kept = nothing_kept(s, p);
+    const auto [joint, excursion] = farthest(p, simulated(s, base, p, simple));
+    ReachProblem reach = without_limits(s, p);
     // Inactive limits: the minimum-norm rates, bit for bit.
-    const ConstrainedStraightIn free = constrain_straight_in(base, p, kept);
-    EXPECT_TRUE(free.kept);
+    const ConstrainedStraightIn free = constrain_straight_in(base, p, reach);
+    EXPECT_TRUE(free.feasible);
     EXPECT_TRUE(free.self_motion.coefficients.empty());
     EXPECT_EQ(free.path.rate_end, simple.rate_end);
 
-    const double limit = p.position[joint] + 0.7 * way;
-    (way > 0 ? kept.upper : kept.lower)[joint] = limit;
-    const ConstrainedStraightIn end = constrain_straight_in(base, p, kept);
-    ASSERT_TRUE(end.kept) << end.trouble;
+    const double limit = p.position[joint] + 0.7 * excursion;
+    (excursion > 0 ? reach.upper : reach.lower)[joint] = limit;
+    const ConstrainedStraightIn end = constrain_straight_in(base, p, reach);
+    ASSERT_TRUE(end.feasible) << end.failure;
     EXPECT_EQ(end.self_motions, orientation == Goal::Orientation::free   ? 4
                                 : orientation == Goal::Orientation::axis ? 2
                                                                          : 1);
     std::printf("[ measured ] orientation %d: joint %d, %.3g rad instead of %.3g, %ld evaluations\n",
-                static_cast<int>(orientation), joint, 0.7 * way, way, end.rhs_evaluations);
+                static_cast<int>(orientation), joint, 0.7 * excursion, excursion, end.rhs_evaluations);
     p.self_motion = end.self_motion;
-    const Flown f = flown(s, base, p, end.path);
-    if (way > 0) {
+    const Simulated f = simulated(s, base, p, end.path);
+    if (excursion > 0) {
       EXPECT_LT(f.highest[joint], limit + 1e-6);
       EXPECT_GT(f.highest[joint], limit - 1e-3);
     } else {
@@ -212,10 +212,10 @@ TEST(ConstrainedStraightInCase, SelfMotionEnforcesPositionLimits) {
 }
 
 // The joint with the largest ratio of its maximum to its end values; the end values are those of minimum norm.
-int busiest(const std::vector<double>& most, const std::vector<double>& at_ends) {
+int busiest(const std::vector<double>& peak, const std::vector<double>& at_ends) {
   int joint = 0;
   for (int j = 0; j < 7; ++j) {
-    if (most[j] - at_ends[j] > most[joint] - at_ends[joint]) joint = j;
+    if (peak[j] - at_ends[j] > peak[joint] - at_ends[joint]) joint = j;
   }
   return joint;
 }
@@ -227,16 +227,16 @@ TEST(ConstrainedStraightInCase, SelfMotionEnforcesRateAndEffortLimits) {
     Servicer s = seven_joints();
     FloatingBase base(s.model, true);
     StraightInProblem p = problem_for(s, base, orientation);
-    ReachProblem kept = nothing_kept(s, p);
-    const ConstrainedStraightIn simple = constrain_straight_in(base, p, kept);
-    const Flown before = flown(s, base, p, simple.path);
+    ReachProblem reach = without_limits(s, p);
+    const ConstrainedStraightIn simple = constrain_straight_in(base, p, reach);
+    const Simulated before = simulated(s, base, p, simple.path);
     int joint = busiest(before.fastest, before.fast_ends);
     if (before.fastest[joint] > 1.02 * before.fast_ends[joint]) {
       const double rate = 0.5 * (before.fastest[joint] + before.fast_ends[joint]);
-      kept.rate_limit[joint] = rate;
-      const ConstrainedStraightIn slower = constrain_straight_in(base, p, kept);
-      ASSERT_TRUE(slower.kept) << slower.trouble;
-      const Flown slow = flown(s, base, p, slower.path);
+      reach.rate_limit[joint] = rate;
+      const ConstrainedStraightIn slower = constrain_straight_in(base, p, reach);
+      ASSERT_TRUE(slower.feasible) << slower.failure;
+      const Simulated slow = simulated(s, base, p, slower.path);
       std::printf("[ measured ] joint %d %.4g instead of %.4g rad/s\n", joint, slow.fastest[joint],
                   before.fastest[joint]);
       EXPECT_LT(slow.fastest[joint], rate * (1 + 1e-6));
@@ -247,11 +247,11 @@ TEST(ConstrainedStraightInCase, SelfMotionEnforcesRateAndEffortLimits) {
 
     joint = busiest(before.strongest, before.strong_ends);
     const double effort = 0.5 * (before.strongest[joint] + before.strong_ends[joint]);
-    kept.rate_limit.assign(7, kNone);
-    kept.way.effort_limit[joint] = effort;
-    const ConstrainedStraightIn weaker = constrain_straight_in(base, p, kept);
-    ASSERT_TRUE(weaker.kept) << weaker.trouble;
-    const Flown weak = flown(s, base, p, weaker.path);
+    reach.rate_limit.assign(7, kNone);
+    reach.constraints.effort_limit[joint] = effort;
+    const ConstrainedStraightIn weaker = constrain_straight_in(base, p, reach);
+    ASSERT_TRUE(weaker.feasible) << weaker.failure;
+    const Simulated weak = simulated(s, base, p, weaker.path);
     std::printf("[ measured ] joint %d %.4g instead of %.4g N m, %.4g at the ends\n", joint, weak.strongest[joint],
                 before.strongest[joint], before.strong_ends[joint]);
     EXPECT_LT(weak.strongest[joint], effort * (1 + 1e-6));
@@ -267,23 +267,23 @@ TEST(ConstrainedStraightInCase, BaseRotationIsLimitedAndViolationsAreReported) {
   Servicer s = seven_joints();
   FloatingBase base(s.model, true);
   StraightInProblem p = problem_for(s, base, Goal::Orientation::free);
-  ReachProblem kept = nothing_kept(s, p);
-  kept.way.R_WB0 = p.X_WB.R;
-  const double turn = constrain_straight_in(base, p, kept).figures.base_turn;
-  kept.way.base_turn = 0.97 * turn;
-  const ConstrainedStraightIn less = constrain_straight_in(base, p, kept);
-  ASSERT_TRUE(less.kept) << less.trouble;
+  ReachProblem reach = without_limits(s, p);
+  reach.constraints.R_WB0 = p.X_WB.R;
+  const double turn = constrain_straight_in(base, p, reach).figures.base_turn;
+  reach.constraints.base_turn = 0.97 * turn;
+  const ConstrainedStraightIn less = constrain_straight_in(base, p, reach);
+  ASSERT_TRUE(less.feasible) << less.failure;
   std::printf("[ measured ] %.5g rad instead of %.5g, self-motion of %zu numbers\n", less.figures.base_turn, turn,
               less.self_motion.coefficients.size());
-  EXPECT_LT(less.figures.base_turn, kept.way.base_turn + 1e-6);
-  EXPECT_LT(flown(s, base, p, less.path).line, 1e-9);
+  EXPECT_LT(less.figures.base_turn, reach.constraints.base_turn + 1e-6);
+  EXPECT_LT(simulated(s, base, p, less.path).line, 1e-9);
 
-  kept.way.base_turn = kNone;
-  kept.upper[4] = p.position[4] - 0.01;  // exceeded at the start of the approach
-  const ConstrainedStraightIn none = constrain_straight_in(base, p, kept);
-  EXPECT_FALSE(none.kept);
-  EXPECT_NE(none.trouble.find("joint 'j4' moves 0.01"), std::string::npos) << none.trouble;
-  EXPECT_NE(none.trouble.find("beyond its upper limit of -0.51 at t = "), std::string::npos) << none.trouble;
+  reach.constraints.base_turn = kNone;
+  reach.upper[4] = p.position[4] - 0.01;  // exceeded at the start of the approach
+  const ConstrainedStraightIn none = constrain_straight_in(base, p, reach);
+  EXPECT_FALSE(none.feasible);
+  EXPECT_NE(none.failure.find("joint 'j4' moves 0.01"), std::string::npos) << none.failure;
+  EXPECT_NE(none.failure.find("beyond its upper limit of -0.51 at t = "), std::string::npos) << none.failure;
   EXPECT_GE(none.violation, 0.01 - 1e-9);
 }
 

@@ -15,7 +15,7 @@ namespace grapnel::testing {
 struct TiltedArms {
   Model model;
   State state;
-  ReachProblem problem;  // to be read with `model` in place
+  ReachProblem problem;  // to be used with `model` at this address
 };
 
 /// Drawn from `seed`: a base of about 400 kg; per arm seven joints with axes tilted against each other by up to 1.2
@@ -31,9 +31,9 @@ inline TiltedArms tilted_arms(unsigned seed, double duration = 30, double base_s
   const auto vector = [&](double size) {
     return Vector3d{uniform(-size, size), uniform(-size, size), uniform(-size, size)};
   };
-  const auto turned = [&](double most) {
+  const auto turned = [&](double max_angle) {
     const Vector3d w = vector(1);
-    return rotation_about((1 / norm(w)) * w, uniform(0.3 * most, most));
+    return rotation_about((1 / norm(w)) * w, uniform(0.3 * max_angle, max_angle));
   };
   ModelBuilder builder;
   BodyDescription base;
@@ -77,14 +77,14 @@ inline TiltedArms tilted_arms(unsigned seed, double duration = 30, double base_s
   TiltedArms result{builder.build(), {}, {}};
   result.state = zero_state(result.model);
   ReachProblem& p = result.problem;
-  std::vector<double> flown;
+  std::vector<double> final_position;
   for (int b : result.model.joints()) {
     const double at = uniform(-1.2, 1.2);
     result.state.q[result.model.bodies()[b].q] = at;
     p.start.position.push_back(at);
-    flown.push_back(at + uniform(-1.2, 1.2));
+    final_position.push_back(at + uniform(-1.2, 1.2));
   }
-  const std::size_t n = flown.size();
+  const std::size_t n = final_position.size();
   p.start.begin = 0, p.start.end = duration;
   p.start.rate.assign(n, 0.0);
   p.start.X_WB = root_pose(result.model, result.state, 0);
@@ -95,9 +95,9 @@ inline TiltedArms tilted_arms(unsigned seed, double duration = 30, double base_s
   p.objective = Objective(Objective::Kind::excursion, p.start, p.guess, p.lower, p.upper);
   FloatingBase floating(result.model, true);
   PathSegment segment(floating, p.start, p.motion);
-  const SegmentEnd end = segment.fly(flown, std::vector<double>(n, 0.0), false);
+  const SegmentEnd end = segment.integrate(final_position, std::vector<double>(n, 0.0), false);
   if (!end.finished) throw std::runtime_error(end.failure);
-  floating.place(flown);
+  floating.place(final_position);
   for (int arm = 1; arm <= 2; ++arm) {
     Goal g;
     g.name = "tip-" + std::to_string(arm);

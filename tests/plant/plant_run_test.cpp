@@ -87,7 +87,7 @@ TEST_F(Plants, SupportScenariosWithoutJointsAndCapture) {
             "schema: grapnel-scenario/1\nname: bus\nrobot:\n  name: bus\n  base: {name: bus, mass: 50, inertia: "
             "[2, 2, 2]}\n" +
                 parts + "control: {period: 0.1}\n" + phases + "\n");
-      // A base without actuators takes torques unasked: there is nothing else to command.
+      // A base without actuators accepts torques by default: there are no other commands.
       for (const bool base_torque : {true, false}) {
         CaptureProblem plant = plant_of(load_scenario(folder_ / "bus.yaml"), base_torque);
         PlantVariables variables = plant_variables(plant, {});

@@ -41,7 +41,8 @@ void expect_passes(const CaptureResult& result) {
   }
 }
 
-// pd, damping of the base included, says the same as the example's plugin, sampled and delayed alike.
+// The built-in pd, with damping of the base, gives the same result as the example's plugin, with equal sampling and
+// delay.
 TEST(PluginCapture, ExampleEqualsBuiltInLaw) {
   const CaptureResult plugin = simulate_capture(own({}));
   expect_passes(plugin);
@@ -67,7 +68,7 @@ TEST(PluginCapture, ExampleEqualsBuiltInLaw) {
   EXPECT_LT(off, 1e-10);
 }
 
-// The same with sensors: plugin and law see the same readings, which are not the truth.
+// The same with sensors: plugin and built-in controller receive the same readings, which differ from the true values.
 TEST(PluginCapture, ReceivesSensorReadings) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<Override> sensors = {{"sensors",
@@ -106,14 +107,14 @@ TEST(PluginCapture, WrapsGeneratedCodePerInstance) {
   for (std::thread& thread : threads) thread.join();
   for (const CaptureResult& result : together) {
     ASSERT_TRUE(result.post_impact_end) << result.failure;
-    EXPECT_EQ(result.post_impact_end->joints.position, alone.post_impact_end->joints.position);  // to the last bit
+    EXPECT_EQ(result.post_impact_end->joints.position, alone.post_impact_end->joints.position);  // bit for bit
   }
   const CaptureResult slower =
       simulate_capture(own({{"control.base_torque", "false"}, {"control.period", "20 ms"}}, GRAPNEL_GENERATED_PD));
   EXPECT_NE(slower.failure.find("the model was generated for a period of 0.01 s, control.period is 0.02 s"),
             std::string::npos)
       << slower.failure;
-  EXPECT_TRUE(slower.approach_end);  // what came before is kept
+  EXPECT_TRUE(slower.approach_end);  // earlier phases are recorded
 }
 
 TEST(PluginCapture, EndsWithPluginMessage) {
@@ -169,10 +170,10 @@ class Torques {
 };
 constexpr const char* kJoints = "arm-1-joint-1,arm-1-joint-2,arm-1-joint-3,arm-2-joint-1,arm-2-joint-2,arm-2-joint-3";
 
-// What a run's joints and base were driven by, written down at its samples and replayed, drives them alike.
+// Joint efforts and base torques recorded at a run's samples, written to a log and replayed, give the same motion.
 TEST(SampledCapture, ReplaysTorqueLog) {
   CaptureProblem problem = own({{"control.delay", "0"}});
-  problem.output_interval = 0.005;  // in the middle between two samples of the controller, too
+  problem.output_interval = 0.005;  // includes the middle between two samples of the controller
   const CaptureResult first = simulate_capture(problem);
   expect_passes(first);
   const auto series = [&](const char* path) -> const Series& {
@@ -238,8 +239,8 @@ TEST(PluginCapture, HashesThePlugin) {
             R"({"kp":3,"names":["a","b"],"on":true,"deep":{"x":1.5}})");
 }
 
-// Whatever the law, sampled control that is held keeps the ledger, across grasps, impacts and releases.
-TEST(SampledCapture, LedgerPassesThroughAllPieces) {
+// With any controller, sampled and held control passes the ledger across grasps, impacts and releases.
+TEST(SampledCapture, LedgerPassesThroughAllSegments) {
   const CaptureResult result = simulate_capture(
       own({{"control", "{period: 0.004, delay: 0.006}"},
            {"approach.tracking", "{mode: pd, kp: 40, kd: 20, noise: {position: 1e-4, seed: 3}}"},

@@ -1,4 +1,4 @@
-/// Plugins by themselves: what they see, what they may ask, and how they fail.
+/// Plugins in isolation: inputs, queries, and failures.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ Model two_joints() {
       .build();
 }
 
-// In the other order than the model's.
+// In another order than the model's.
 ControlledRobot robot_of() {
   ControlledRobot robot;
   robot.base = "base", robot.joints = {"elbow", "shoulder"}, robot.end_effectors = {"tip"};
@@ -60,11 +60,11 @@ std::unique_ptr<PluginController> make(const std::string& parameters, const Mode
                                             parameters, robot_of(), model);
 }
 
-struct Asked {
+struct Request {
   std::vector<JointPoint> reference, sensed;
   std::vector<double> effort;
 };
-ControlCommand ask(PluginController& controller, const Model& model, const State& state, Asked& a, double t = 2) {
+ControlCommand request(PluginController& controller, const Model& model, const State& state, Request& a, double t = 2) {
   a.reference = {{1, 2, 3}, {4, 5, 6}}, a.sensed = {{0.4, 0.1, 0}, {-0.7, 0.2, 0}};
   a.effort.assign(2, 0);
   ControlCommand command{a.effort};
@@ -86,9 +86,9 @@ TEST(PluginController, AnswersModelQueries) {
   const State state = moving(model);
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "grapnel_plugin_asks.txt";
   const auto controller = make("{\"does\":\"asks\",\"file\":\"" + file.string() + "\"}", model);
-  controller->begin_piece(model, 0);
-  Asked a;
-  ask(*controller, model, state, a);
+  controller->begin_segment(model, 0);
+  Request a;
+  request(*controller, model, state, a);
   std::ifstream in(file);
   std::string description;
   std::getline(in, description);
@@ -154,11 +154,11 @@ TEST(PluginController, SampledInLanes) {
 TEST(PluginController, SavesAndRestoresState) {
   const Model model = two_joints();
   const auto one = make("{}", model), two = make("{}", model);
-  Asked a;
-  one->begin_piece(model, 0);
-  two->begin_piece(model, 0);
-  ask(*one, model, moving(model), a);
-  ask(*one, model, moving(model), a);
+  Request a;
+  one->begin_segment(model, 0);
+  two->begin_segment(model, 0);
+  request(*one, model, moving(model), a);
+  request(*one, model, moving(model), a);
   const std::vector<unsigned char> bytes = one->save();
   double sum = 0;
   ASSERT_EQ(bytes.size(), sizeof(sum));
@@ -168,7 +168,7 @@ TEST(PluginController, SavesAndRestoresState) {
   two->restore(bytes);
   EXPECT_EQ(two->save(), bytes);
   EXPECT_NE(error_of([&] { two->restore({1, 2}); }).find("restore() of the plugin 'it.so' failed"), std::string::npos);
-  one->begin_piece(model, 1);  // continues
+  one->begin_segment(model, 1);  // resumes
   EXPECT_EQ(one->save(), bytes);
 }
 
@@ -191,11 +191,11 @@ TEST(PluginController, ForwardsPluginErrors) {
   EXPECT_EQ(error_of([&] { make("{\"does\":\"refuses\"}", model); }),
             "the plugin 'it.so' created no controller: not with 2 joints every 0.01 s");
   const auto failing = make("{\"does\":\"fails\"}", model);
-  failing->begin_piece(model, 0);
-  Asked a;
-  EXPECT_EQ(error_of([&] { ask(*failing, model, moving(model), a, 0.25); }),
+  failing->begin_segment(model, 0);
+  Request a;
+  EXPECT_EQ(error_of([&] { request(*failing, model, moving(model), a, 0.25); }),
             "at t = 0.25 s update() of the plugin 'it.so' failed: the sun is out");
-  EXPECT_EQ(error_of([&] { ask(*failing, model, moving(model), a, 0.05); }), "");
+  EXPECT_EQ(error_of([&] { request(*failing, model, moving(model), a, 0.05); }), "");
 }
 
 TEST(PluginControllerDeathTest, NamesThePluginThatCrashes) {
@@ -203,9 +203,9 @@ TEST(PluginControllerDeathTest, NamesThePluginThatCrashes) {
   const Model model = two_joints();
   const auto run = [&](const char* parameters) {
     const auto controller = make(parameters, model);
-    controller->begin_piece(model, 0);
-    Asked a;
-    ask(*controller, model, moving(model), a, 1.25);
+    controller->begin_segment(model, 0);
+    Request a;
+    request(*controller, model, moving(model), a, 1.25);
   };
   EXPECT_EXIT(run("{\"does\":\"crashes\"}"), ::testing::ExitedWithCode(1),
               "grapnel: the plugin 'it.so' crashed \\(segmentation fault\\) in update\\(\\) at t = 1.250000 s");
@@ -213,7 +213,7 @@ TEST(PluginControllerDeathTest, NamesThePluginThatCrashes) {
               "'it.so' crashed \\(abort\\) in update\\(\\)");
 }
 
-// A fault that is not the plugin's stays what it was.
+// Crashes outside plugins are not attributed to the plugin.
 TEST(PluginControllerDeathTest, LeavesOtherCrashesAlone) {
   ::testing::GTEST_FLAG(death_test_style) = "threadsafe";
   open_plugin(GRAPNEL_TEST_PLUGIN, "it.so");

@@ -1,5 +1,5 @@
-/* A plugin that does what its parameters say: {"does": "nothing"}, "refuses", "fails", "nan", "crashes", "aborts", and
-   "asks": it puts what it asks of the model into a file, {"file": PATH}. */
+/* A plugin whose parameters select its behaviour: {"does": "nothing"}, "refuses", "fails", "nan", "crashes", "aborts",
+   and "asks": it writes the results of its model queries to a file, {"file": PATH}. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@
 
 typedef struct {
   char does[32], file[512];
-  double sum; /* of joint positions seen: what it remembers */
+  double sum; /* of joint positions received: its internal state */
 } instance;
 
 static void text_at(const char* json, const char* key, char* text, size_t size) {
@@ -51,7 +51,7 @@ static int reset(void* made, double time) {
   return 0;
 }
 
-static void ask(const instance* own, const grapnel_controller_input* in, const grapnel_controller_access* access) {
+static void query(const instance* own, const grapnel_controller_input* in, const grapnel_controller_access* access) {
   double H[256], C[16], p[6], J[6 * 16];
   const void* c = access->context;
   const int n = access->velocities(c), m = n - 6;
@@ -82,7 +82,7 @@ static int update(void* made, const grapnel_controller_input* in, const grapnel_
   if (!strcmp(own->does, "nan")) out->effort[in->joints - 1] = NAN;
   if (!strcmp(own->does, "crashes")) *(volatile int*)(size_t)8 = 1;
   if (!strcmp(own->does, "aborts")) abort();
-  if (!strcmp(own->does, "asks")) ask(own, in, access);
+  if (!strcmp(own->does, "asks")) query(own, in, access);
   return 0;
 }
 

@@ -46,14 +46,14 @@ class LoopWriter {
  private:
   void line(const std::string& text) { text_ += text + "\n"; }
 
-  // In the plane, or in space.
+  // A vector in the plane, or in space.
   Vector3d vector_in(double size) const {
     if (!planar_) return vector(size);
     return {around(size), around(size), 0};
   }
   Vector3d turning(double size) const { return planar_ ? around(size) * kVertical : vector(size); }
 
-  // Mass, centre of mass and inertia of a box; in the plane the box stays upright.
+  // Mass, centre of mass and inertia of a box; planar boxes are parallel to the plane.
   std::string part(double mass, double least, double most) const {
     if (!planar_) return body(mass, least, most, 0.1);
     const double a = uniform(least, most), b = uniform(least, most), c = uniform(least, most);
@@ -61,9 +61,9 @@ class LoopWriter {
                        list(mass / 12 * Vector3d{b * b + c * c, a * a + c * c, a * a + b * b}));
   }
 
-  // Arms start around the base and lead away from it; all lengths along x of the link's frame.
+  // Arms start around the base and extend away from it; all lengths along x of the link's frame.
   void write_arm(int arm) {
-    // Three joints for a grasp in the plane and six in space, sometimes fewer or more.
+    // A grasp requires three joints in the plane and six in space; some arms have fewer or more.
     const int count = planar_ ? integer(2, 4) : integer(planned_ ? 5 : 3, 7);
     const double around_base = 2.1 * (arm - 1) + around(0.3), radius = 0.5;
     const Rotationd R_BA = rotation_from_rpy(0, 0, around_base);
@@ -99,7 +99,7 @@ class LoopWriter {
     if (!planned_) line("  joint_rates: " + list(rates));
   }
 
-  // Around the tips where the arms start; somewhat aside if there is an approach.
+  // Targets around the initial end-effector positions, with an offset if there is an approach.
   void write_targets() {
     const bool mixed = arms_ == 3 && percent(30);
     const int shared = mixed ? 2 : integer(2, arms_);
@@ -139,8 +139,8 @@ class LoopWriter {
   int arms_ = 2;
   double length_ = 0;            // of the last link written [m]
   std::vector<int> counts_;      // joints, per arm
-  std::vector<Vector3d> reach_;  // of its end-effector, in its last link's frame [m]
-  std::vector<Vector3d> tips_;   // where it is at t = 0 [m]
+  std::vector<Vector3d> reach_;  // of the end-effector, in the last link's frame [m]
+  std::vector<Vector3d> tips_;   // end-effector position at t = 0 [m]
   Numbers values_;               // of joints at t = 0, in the model's order [rad]
 };
 

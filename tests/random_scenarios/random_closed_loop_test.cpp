@@ -1,5 +1,5 @@
-// Random captures that close loops, each with every row of its ledger at the default settings of integration, and with
-// grasps that hold by the tests' own kinematics. Seeds: random_run.hpp.
+// Random captures with closed loops: every row of the ledger passes at the default integration settings, and grasps
+// remain closed by the tests' own kinematics. Seeds: random_run.hpp.
 //
 //   build/release/bin/random_closed_loop_test --seed 42 --cases 100
 
@@ -21,25 +21,25 @@ namespace random_closed_loop_test {
 
 struct Tally {
   int runs = 0, completed = 0, planned = 0, triple = 0, redundant = 0;
-  double apart = 0, turned = 0;             // of what grasps hold, by written kinematics [m, rad]
+  double apart = 0, turned = 0;             // largest errors of closed grasps, by the tests' own kinematics [m, rad]
   double slowest = 0;                       // [s]
   std::map<std::string, double> of_bounds;  // largest share, per row
   std::vector<std::string> failures;
 };
 Tally tally;
 
-// Grasps hold what they held just after the impact, at every sample: poses of hands multiplied out here.
+// At every sample, the relative pose of a grasp equals that just after the impact, by the tests' own kinematics.
 void expect_held(const CaptureProblem& p, const CaptureResult& r) {
   const std::size_t begin = first_sample(r, "post_impact");
   RC_ASSERT(begin + 10 < r.series.time.size());
   for (std::size_t i = 0; i < p.grasps.size(); ++i) {
     const GraspSetup& grasp = p.grasps[i];
-    const auto seen = [&](std::size_t k) {  // the target by its hand
-      return inverse(written_hand(p.robot, written_poses(p.robot, r, k), grasp.end_effector)) *
+    const auto seen = [&](std::size_t k) {  // pose of the target in the end-effector's frame
+      return inverse(written_end_effector(p.robot, written_poses(p.robot, r, k), grasp.end_effector)) *
              pose_at(r, "targets/" + grasp.target, k);
     };
     const Posed X_ET = seen(begin);
-    const Vector3d p_EC = inverse(written_hand(p.robot, written_poses(p.robot, r, begin), grasp.end_effector)) *
+    const Vector3d p_EC = inverse(written_end_effector(p.robot, written_poses(p.robot, r, begin), grasp.end_effector)) *
                           r.impact->grasps[i].contact_point;
     const Vector3d p_TC = inverse(X_ET) * p_EC;
     for (std::size_t k = begin; k < r.series.time.size(); ++k) {

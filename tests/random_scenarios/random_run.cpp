@@ -18,9 +18,10 @@
 namespace grapnel::testing {
 namespace {
 
-std::string arguments;  // of the command line, in RapidCheck's words
+std::string arguments;  // of the command line, in RapidCheck's syntax
 
-// Before RapidCheck first looks: its own default is another seed each time. It takes the last of equal keys.
+// Call before RapidCheck reads its parameters: its default is a different seed each time. The last of equal keys
+// applies.
 void set_parameters(int cases) {
   const char* seed = getenv("GRAPNEL_TEST_SEED");
   const char* given = getenv("RC_PARAMS");
@@ -57,7 +58,7 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
   std::string failing;
   return rc::check(property, [&] {
     const ScenarioText scenario = *generator;
-    // Enough of shrinking: nothing fails any more, but what failed last still does.
+    // End of shrinking: other cases pass from here on; the last failing case still fails.
     const bool enough = first_failure && Clock::now() - *first_failure > std::chrono::minutes(1);
     if (enough && scenario.yaml != failing) return;
     try {
@@ -72,20 +73,20 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
 
 void require_finite(const CaptureResult& result) {
   for (const Series& series : result.series.series) {
-    if (series.path.starts_with("joints/reference_")) continue;  // NaN where joints follow nothing
-    // NaN where a grasp does not hold, or closes no loop, and what joints pass on at impacts, which take no time.
+    if (series.path.starts_with("joints/reference_")) continue;  // NaN for joints without a reference
+    // NaN for open grasps and grasps without a loop, and for joint reactions at impacts without duration.
     const bool may_be_absent = series.path.starts_with("loops/") || series.path.ends_with("/force") ||
                                series.path.ends_with("/moment") || series.path.starts_with("joints/reaction_");
     for (const double value : series.data) {
       if (std::isinf(value) || (std::isnan(value) && !may_be_absent)) RC_FAIL("not finite: series " + series.path);
     }
   }
-  // Non-finite numbers become null in the summary; so do rows that were not checked, and ratings that were not given.
+  // Non-finite numbers become null in the summary; so do rows that were not checked, and missing ratings.
   const std::string summary = summary_json(result, "test");
   for (std::size_t at = 0; (at = summary.find(": null", at)) != std::string::npos; ++at) {
     const std::string line = summary.substr(summary.rfind('\n', at) + 1, 80);
-    const bool unasked = line.find("\"pass\"") < 12 || line.find("\"rating\"") < 12 || line.find("\"margin\"") < 12;
-    if (!unasked) RC_FAIL("not finite: summary " + line);
+    const bool unevaluated = line.find("\"pass\"") < 12 || line.find("\"rating\"") < 12 || line.find("\"margin\"") < 12;
+    if (!unevaluated) RC_FAIL("not finite: summary " + line);
   }
   static const test::SchemaCheck schema(json_schema(type_of<Summary>(), "summary"));
   for (const std::string& fault : schema.faults_of(nlohmann::json::parse(summary)))

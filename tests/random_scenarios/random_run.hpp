@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// Runs a check on random scenarios from a seed that comes from outside:
+/// Runs a check on random scenarios. The first of these that is set determines the parameters (default: fixed):
 ///
 ///   random_closed_loop_test --seed 42 --cases 100     the command line
 ///   RC_PARAMS="seed=42 max_success=100" ...           else RapidCheck's own parameters
-///   GRAPNEL_TEST_SEED=42 ...                          else the seed; what none of these says is always the same
+///   GRAPNEL_TEST_SEED=42 ...                          else the seed
 ///
-/// The parameters in force are printed first. A failing case is shrunk for at most a minute and printed as a scenario
-/// file, to be saved and given to `grapnel run`. Thread safety: one run at a time.
+/// The parameters are printed first. A failing case is shrunk for at most a minute and printed as a scenario file,
+/// which can be saved for `grapnel run`. Thread safety: one run at a time.
 
 #include <rapidcheck.h>
 
@@ -21,14 +21,14 @@
 
 namespace grapnel::testing {
 
-/// Whether `check`, which throws or RC_FAILs on what is wrong with a scenario file, passes on so many random ones.
+/// Whether `check`, which throws or calls RC_FAIL for an error in a scenario file, passes on `cases` random ones.
 bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& generator, int cases,
                       const std::function<void(const std::filesystem::path&)>& check);
 
-/// RC_FAILs where a series or the summary is not finite, except where NaN says that there is nothing (a joint that
-/// follows no reference, a grasp that does not hold or closes no loop).
+/// Calls RC_FAIL for non-finite values in a series or the summary, except where NaN marks absent values (a joint
+/// without a reference, an open grasp, a grasp without a loop).
 void require_finite(const CaptureResult& result);
-/// RC_FAILs where two results differ in a bit of their series or a character of their summaries.
+/// Calls RC_FAIL if two results differ in a bit of their series or a character of their summaries.
 void require_same(const CaptureResult& a, const CaptureResult& b);
 
 }  // namespace grapnel::testing

@@ -1,4 +1,4 @@
-// Random valid scenarios from the file to the ledger. Seeds: random_run.hpp.
+// Random valid scenarios, from the file to the ledger. Seeds: random_run.hpp.
 
 #include <gtest/gtest.h>
 
@@ -14,11 +14,11 @@
 namespace grapnel::testing {
 namespace random_scenario_test {
 
-// What happened in all cases together: a generator that makes only failures, or nothing that moves, tests nothing.
+// Totals over all cases: a generator that produces only failures, or no motion, tests nothing.
 struct Tally {
   int runs = 0, completed = 0, impacts = 0, motions_after = 0, brakes = 0, shared = 0;
   int later = 0, missed = 0, released = 0, looped = 0, redundant = 0;
-  int mended = 0;      // ledgers that needed a smaller tolerance
+  int retried = 0;     // ledgers that needed a smaller tolerance
   int wild = 0;        // see is_wild()
   double slowest = 0;  // [s]
   std::vector<std::string> failures;
@@ -47,7 +47,7 @@ void note(const CaptureResult& result, double seconds) {
   if (!result.failure.empty()) tally.failures.push_back(result.failure);
 }
 
-// Matched rates near a singularity may be those of no machine, 16,000 rad/s say; rounding alone then breaks bounds.
+// Near a singularity, matched rates may be unrealistic, e.g. 16,000 rad/s; rounding errors alone then exceed bounds.
 bool is_wild(const CaptureResult& result) {
   if (!result.approach_end) return false;
   const auto& rates = result.approach_end->joints.velocity;
@@ -55,14 +55,14 @@ bool is_wild(const CaptureResult& result) {
 }
 
 // The ledger passes, if necessary with the smallest tolerances, as advised by the program: errors in the mechanics
-// remain with any tolerance.
+// persist at any tolerance.
 void expect_ledger(CaptureProblem problem, const CaptureResult& result) {
   if (result.ledger.pass()) return;
   if (is_wild(result)) {
     ++tally.wild;
     return;
   }
-  ++tally.mended;
+  ++tally.retried;
   problem.integration.max_steps = 10'000'000;
   problem.integration.relative_tolerance = 2e-14;
   problem.integration.absolute_tolerance = 1e-18;
@@ -87,7 +87,7 @@ void check(const std::filesystem::path& file) {
 
   if (result.status == CaptureStatus::completed) {
     RC_ASSERT(result.failure == "");
-    // Fixed steps have no tolerance, so there is no bound. The same applies to the comparison modes for loops.
+    // Fixed steps have no tolerance, hence no bound. The same applies to the comparison modes for loops.
     const IntegrationSetup& how = problem.integration;
     if (how.method == IntegrationSetup::Method::adaptive_8 && how.loops == IntegrationSetup::Loops::projection) {
       expect_ledger(problem, result);
@@ -110,11 +110,11 @@ TEST(RandomScenarios, RunAndLedgerPasses) {
       "%d missed, %d release, %d phases of %d looped with redundant closures; ledgers: %d "
       "needed smaller tolerances, %d failed at wild rates; slowest %.3f s\n",
       tally.runs, tally.completed, tally.impacts, tally.brakes, tally.shared, tally.motions_after, tally.later,
-      tally.missed, tally.released, tally.redundant, tally.looped, tally.mended, tally.wild, tally.slowest);
+      tally.missed, tally.released, tally.redundant, tally.looped, tally.retried, tally.wild, tally.slowest);
   if (!passed) return;
   for (const std::string& failure : tally.failures) std::printf("[ measured ] stopped: %s\n", failure.c_str());
   EXPECT_GE(10 * tally.completed, 8 * tally.runs);
-  EXPECT_LE(20 * (tally.mended + tally.wild), tally.runs);
+  EXPECT_LE(20 * (tally.retried + tally.wild), tally.runs);
   EXPECT_GE(2 * tally.impacts, tally.runs);
   EXPECT_GE(4 * tally.motions_after, tally.runs);
 }

@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace {
 
-// What the rest of the scenario must respect of a joint that moves.
+// Properties of a moving joint that the rest of the scenario must respect.
 struct Joint {
   std::string name;
   double lower, upper, rate;
@@ -102,7 +102,7 @@ class Writer {
     return text;
   }
 
-  // {joint: value, ...} or a list. With `all` no joint is left out of a mapping.
+  // {joint: value, ...} or a list. With `all` a mapping contains every joint.
   template <class Value>
   std::string joint_values(bool all, Value value) {
     std::string mapping;
@@ -151,14 +151,14 @@ class Writer {
     if (after_s_ > 0) {
       line(fmt::format("post_impact: {{duration: {:.12g}, {}{}}}", after_s_, joints_after(), releases()));
     }
-    // Targets are anywhere, within reach or not.
+    // Targets are anywhere, reachable or not.
     if (grasps) {
       const bool moved = percent(40) && !percent(30);
       line(fmt::format("contact: {{gap: {}, largest_gap: any}}", moved ? "translate_target" : "weld_as_found"));
     }
   }
 
-  // Every arm that grasps has a separate target, or shares one with others.
+  // Every grasping arm has a separate target, or shares one with others.
   void write_targets() {
     const int grasps = integer(1, arms_);
     const bool share = grasps > 1 && percent(60);
@@ -183,7 +183,7 @@ class Writer {
     }
   }
 
-  // When a grasp closes; noted for what release.
+  // Closing time of a grasp; recorded for release.
   std::string closing(int arm) {
     closes_.push_back(0);
     if (!impact_ || !percent(20)) return "";
@@ -194,7 +194,7 @@ class Writer {
     return fmt::format(", closes_at: {:.12g}", time);
   }
 
-  // One grasp release, or all; what closes later than that still holds.
+  // Releases one grasp, or all; grasps that close later remain closed.
   std::string releases() {
     if (!percent(30)) return "";
     const double after = uniform(0.1, 0.9) * after_s_;
@@ -208,7 +208,7 @@ class Writer {
     return "model: " + model + (model == "hinge" ? ", axis: " + unit_vector() : "");
   }
 
-  // A bandwidth that suits the robot's size: a stiff drive on a light link would take the integrator forever.
+  // A bandwidth that matches the robot's size: a stiff drive on a light link would require very small steps.
   std::string gains() {
     const double omega = decades(0.3, 10), damping = uniform(0.3, 1.5), inertia = 0.1 * mass_;
     return fmt::format("kp: {:.4g}, kd: {:.4g}", inertia * omega * omega, 2 * damping * omega * inertia);
@@ -218,7 +218,7 @@ class Writer {
     return "joints: " + joints + (joints == "pd" ? ", " + gains() : "");
   }
 
-  // A force and a torque on the base and, if there is one, on the first target.
+  // A force and a torque on the base and, if present, on the first target.
   void write_loads() {
     line("external_wrenches:");
     write_load("body: base");
@@ -246,7 +246,7 @@ class Writer {
     line(text + "}}");
   }
 
-  // Attitude control of the base, as fast as the joints' drives.
+  // Attitude control of the base with a bandwidth similar to that of the joints' drives.
   std::string base_control() {
     const double omega = decades(0.3, 5), inertia = mass_;
     return fmt::format("base_control: {{kp: {:.4g}, kd: {:.4g}{}{}}}", inertia * omega * omega, inertia * omega,
@@ -259,7 +259,7 @@ class Writer {
     line(fmt::format("  duration: {:.12g}", approach_s_));
     const std::string mode = any_of<5>({"ideal", "ideal", "pd", "pd", "computed_torque"});
     const bool waypoint = percent(20);
-    // The quartic profile starts from rest.
+    // The quartic profile requires a start from rest.
     const bool passing = waypoint || (moving_ && mode == "ideal");
     const std::string profile = any_of<3>({"quintic", "cycloidal", "quartic"});
     line("  profile: " + (profile == "quartic" && passing ? "quintic" : profile));
@@ -277,7 +277,7 @@ class Writer {
       line("  tracking: {mode: " + mode + ", " + (mode == "pd" ? gains() : rates_of_decay()) + noise());
     if (base_mode_ == "free" && percent(15)) line("  " + base_control());
   }
-  // Of computed torque, per unit of inertia.
+  // Gains of computed torque, per unit of inertia.
   static std::string rates_of_decay() {
     const double omega = decades(0.3, 10);
     return fmt::format("kp: {:.4g}, kd: {:.4g}", omega * omega, 1.4 * omega);
@@ -289,16 +289,16 @@ class Writer {
   }
 
   std::string text_;
-  double mass_ = 1;  // of the base [kg]; links and targets are measured by it
+  double mass_ = 1;  // of the base [kg]; masses of links and targets are proportional to it
   std::string base_mode_;
   int arms_ = 1;
   std::vector<std::string> last_links_;
-  std::vector<Joint> joints_;  // that move, in the file's order, which is the model's
+  std::vector<Joint> joints_;  // moving joints, in the order of the file and the model
   int targets_ = 0;
   bool moving_ = false;  // joints have initial rates
   bool impact_ = false;
   double approach_s_ = 0, after_s_ = 0;  // durations; 0: no such phase [s]
-  std::vector<bool> envelopes_;          // per arm
+  std::vector<bool> envelopes_;          // per grasp: its stated time, else 0 [s]
   std::vector<double> closes_;           // per grasp: the time it states, else 0 [s]
 };
 

@@ -10,21 +10,21 @@
 
 namespace grapnel::testing {
 
-/// A scenario with its robot inline, one that the reader must accept.
+/// A valid scenario with its robot inline.
 struct ScenarioText {
   std::string yaml;
 };
 
-/// What RapidCheck prints of a case: the file itself, to be saved and run.
+/// RapidCheck prints a case as its scenario file, which can be saved and run.
 std::ostream& operator<<(std::ostream& out, const ScenarioText& scenario);
 
-/// Robots of one to three arms with one to seven joints each (some arms branch; revolute, continuous, prismatic and
-/// fixed joints; limits, friction and rotors or none) on a free, held or fixed base; tumbling targets, often
-/// with several arms to one; grasps of every model, closing together, at stated times or on arrival, and letting go;
-/// every profile, control and phase. Numbers have few digits, so that a case can be read.
+/// Robots of one to three arms with one to seven joints each (some branched; revolute, continuous, prismatic and fixed
+/// joints; with or without limits, friction and rotors) on a free, held or fixed base. Tumbling targets, often several
+/// arms per target. Grasps of every model, closing together, at stated times or on arrival, and released. Every
+/// profile, controller and phase. Numbers have few digits, for readability.
 ///
-/// Sizes: one scale of mass per robot from 0.1 to 10,000 kg; links and targets weigh 0.003 to 10 times as much. Links
-/// are 0.1 to 1.5 m long. Rates are up to about 1 rad/s and 0.5 m/s, control is up to 10 rad/s fast, phases take 0.1 to
+/// Sizes: one mass scale per robot from 0.1 to 10,000 kg; links and targets have 0.003 to 10 times that mass. Links are
+/// 0.1 to 1.5 m long. Rates are up to about 1 rad/s and 0.5 m/s, control bandwidths up to 10 rad/s, phases last 0.1 to
 /// 1 s.
 rc::Gen<ScenarioText> scenario_text();
 

@@ -1,4 +1,5 @@
-// `grapnel init`: what it writes can be checked and run as it says, and it never overwrites anything.
+// The command `grapnel init`: its files pass `grapnel check` and run as the output states, and it never overwrites
+// files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +69,7 @@ TEST_F(Init, NeverOverwrites) {
   EXPECT_EQ(run("init -o nowhere/a.yaml").code, 2);
 }
 
-TEST_F(Init, ListsWhatThereIs) {
+TEST_F(Init, ListsAvailableItems) {
   const Outcome o = run("init --list");
   EXPECT_EQ(o.code, 0);
   for (const ReadyMade& one : all_ready_made()) {
@@ -84,7 +85,7 @@ TEST_F(Init, ListsWhatThereIs) {
 TEST_F(Init, InfoKnowsTheNames) {
   for (const ReadyMade& one : all_ready_made()) {
     if (one.kind == ReadyMade::Kind::templates) continue;
-    if (test::kSanitized && one.kind == ReadyMade::Kind::robots) continue;  // a process each
+    if (test::kSanitized && one.kind == ReadyMade::Kind::robots) continue;  // one process each
     const Outcome o = run("info " + std::string(one.name));
     EXPECT_EQ(o.code, 0) << o.err;
     EXPECT_EQ(o.err, "") << one.name;

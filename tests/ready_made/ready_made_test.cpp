@@ -1,5 +1,5 @@
-// Ready-made robots and targets: their data are possible and plausible, each is captured or captures
-// in a small scenario, and scenarios that include them by name are what they would be in full.
+// Ready-made robots and targets. Their data are physically possible and plausible; each robot captures and each target
+// is captured in a small scenario; including them by name is equivalent to stating them in full.
 #include "grapnel/ready_made/ready_made.hpp"
 
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ std::vector<std::string> files_below(const std::string& folder) {
   return all;
 }
 
-// A file that the build does not list would be forgotten.
+// Detects files that the build does not list.
 TEST(ReadyMade, AreAllFilesOfTheirFolders) {
   EXPECT_THAT(names(Kind::robots), testing::UnorderedElementsAreArray(files_below("robots")));
   EXPECT_THAT(names(Kind::targets), testing::UnorderedElementsAreArray(files_below("targets")));
@@ -63,7 +63,7 @@ TEST(ReadyMade, AreInTheDocumentation) {
   }
 }
 
-// Positive definite, the triangle inequality, and no farther out than the body itself: its moments are at most those of
+// Positive definite, triangle inequality, and consistent with the size of the body: the moments are at most those of
 // its mass at the ends of its shape's diagonal. `slack`: published links have housings and motors without shapes.
 void expect_possible(double mass, const Symmetric3d& I, const Geometry& geometry, double slack,
                      const std::string& what) {
@@ -130,14 +130,15 @@ void expect_sound(const CaptureResult& result, const std::string& what) {
   EXPECT_TRUE(result.ledger.pass()) << what;
 }
 
-// The first end-effector goes from joint values within the limits to where others would take it with the base at rest.
+// The first end-effector moves from joint positions within the limits to the position for other joint positions with
+// the base at rest.
 TEST(ReadyMadeRobots, PlanAndCaptureACubeSat) {
   int number = 0;
   for (const std::string& name : names(Kind::robots)) {
     if (test::kSanitized && number++ % 4 != 0) continue;
     CaptureProblem alone;
     alone.robot = load_robot(name);
-    if (test::kSanitized && is_flexible(alone.robot)) continue;  // minutes; tests/flexible has shorter flights
+    if (test::kSanitized && is_flexible(alone.robot)) continue;  // slow; tests/flexible has shorter simulations
     const CaptureSystem system = make_servicer(alone);
     std::vector<double> begin;
     State there = zero_state(system.model);
@@ -149,7 +150,7 @@ TEST(ReadyMadeRobots, PlanAndCaptureACubeSat) {
     }
     const Vector3d tip = frame_pose(system.model, forward_kinematics(system.model, there), system.end_effectors[0]).p;
     const std::string& end_effector = alone.robot.end_effectors[0].name;
-    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // flexible bodies are slow
+    const std::string duration = is_flexible(alone.robot) ? "20" : "2 min";  // flexible bodies move slowly
     const CaptureProblem problem = problem_of(
         "name: " + name + "\nrobot: " + name + "\ninitial: {joints: " + list_of(begin) +
         "}\ntargets:\n  - {name: cube, ready_made: cubesat-27u, state: {position: " +
@@ -219,7 +220,7 @@ TEST(ByName, IsTheSameAsInFull) {
   const CaptureProblem by_name = problem_of(kByName), full = problem_of(in_full);
   EXPECT_TRUE(problem_bytes(by_name) == problem_bytes(full));
   EXPECT_EQ(by_name.targets[0].mass, 1500);
-  // What is included is part of the input's hash.
+  // The hash of the input covers included files.
   EXPECT_NE(by_name.sha256,
             problem_of(edited(kByName, {{"ready_made: rocket-stage", "ready_made: rocket-stage # "}})).sha256);
   EXPECT_NE(by_name.sha256, full.sha256);
@@ -250,7 +251,7 @@ TEST(ByName, ErrorsListAvailableNames) {
               ElementsAre(HasSubstr("unknown grasp point 'adapter-3'")));
 }
 
-// What studies and campaigns write holds what they changed, and reads back the same.
+// Scenarios written by studies and campaigns contain their changes, and read back as the same problem.
 TEST(ByName, IsWrittenBack) {
   const TemporaryFolder folder;
   folder.write("scenario.yaml", kByName);

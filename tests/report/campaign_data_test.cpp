@@ -113,7 +113,7 @@ TEST_F(CampaignReport, ManyCasesAreThinnedReproducibly) {
   EXPECT_TRUE(std::is_sorted(cases.begin(), cases.end()));
   for (const double named : {13.0, 42.0, 199'999.0})
     EXPECT_EQ(std::count(cases.begin(), cases.end(), named), 1) << named;
-  // Evenly spread, over the cases and over every pattern in their order: within 5 standard deviations.
+  // Evenly distributed over the cases and over every periodic pattern: within 5 standard deviations.
   double below = 0, multiples = 0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     if (drawn[i] == 0) continue;
@@ -124,13 +124,13 @@ TEST_F(CampaignReport, ManyCasesAreThinnedReproducibly) {
   EXPECT_NEAR(multiples, 312.5, 5 * std::sqrt(312.5 * 15 / 16));
 }
 
-TEST_F(CampaignReport, WideTablesKeepFewerRows) {
+TEST_F(CampaignReport, WideTablesShowFewerRows) {
   MadeCampaign made;
   made.rows = 3000;
   test::write_campaign_table(made, folder / "table.h5");
   json statistics = test::campaign_statistics(made);
   const json one = statistics["columns"][0];
-  for (int i = 0; i < 500; ++i) statistics["columns"].push_back(one);  // the same again
+  for (int i = 0; i < 500; ++i) statistics["columns"].push_back(one);  // duplicate columns
   test::put_bytes(folder / "campaign.json", statistics.dump());
   const json sample = campaign()["sample"];
   const auto drawn = numbers_from_base64<std::uint8_t>(sample["drawn"].get<std::string>());
@@ -207,9 +207,9 @@ TEST(SampledRows, EvenAndAdded) {
   std::vector<std::uint8_t> success;
   for (std::uint64_t k = 0; k < 1000; ++k) index.push_back(3 * k), success.push_back(k % 100 == 0 ? 0 : 1);
   CampaignQuery query;
-  query.most = 100;
-  query.most_without_success = 4;
-  query.cases = {3 * 777, 1, 3 * 1000};  // the last two are in no row
+  query.max_rows = 100;
+  query.max_without_success = 4;
+  query.cases = {3 * 777, 1, 3 * 1000};  // the last two are not in any row
   const auto picked = sampled_rows(index, success, query);
   std::set<std::size_t> rows;
   std::size_t even = 0, without = 0;
@@ -218,8 +218,8 @@ TEST(SampledRows, EvenAndAdded) {
   EXPECT_EQ(even, 100u);
   EXPECT_TRUE(rows.contains(777));
   EXPECT_GE(without, 4u);
-  // More rows later leave those that stay where they are: the least hashes of a beginning are among its rows.
-  query.most = 2000;
+  // With more rows, the earlier ones remain: rows with the smallest hashes are selected first.
+  query.max_rows = 2000;
   EXPECT_EQ(sampled_rows(index, success, query).size(), 1000u);
   EXPECT_TRUE(sampled_rows({}, {}, query).empty());
 }

@@ -1,4 +1,4 @@
-// Decimation: whatever the series, what is left out is as near as is said.
+// Decimation: for any series, omitted samples deviate by at most the reported bound.
 
 #include "grapnel/report/series_table.hpp"
 #include "support/sanitizers.hpp"
@@ -29,12 +29,12 @@ TimeSeries over_unit_time(std::size_t samples, const std::function<double(double
   return s;
 }
 
-// The largest deviation of what was left out, in parts of what is allowed; infinite where a number and no number meet.
-double worst_deviation(const TimeSeries& s, const std::vector<std::size_t>& kept, double bound) {
+// The largest deviation of omitted samples, relative to the allowed one; infinite where numbers and NaN are mixed.
+double worst_deviation(const TimeSeries& s, const std::vector<std::size_t>& retained, double bound) {
   const std::vector<double> allowed = deviations_allowed(s, bound);
   double worst = 0;
-  for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
-    const std::size_t a = kept[k], b = kept[k + 1];
+  for (std::size_t k = 0; k + 1 < retained.size(); ++k) {
+    const std::size_t a = retained[k], b = retained[k + 1];
     for (std::size_t i = a + 1; i < b; ++i) {
       const double part = (s.time[i] - s.time[a]) / (s.time[b] - s.time[a]);
       for (std::size_t n = 0; n < s.series.size(); ++n) {
@@ -52,7 +52,7 @@ double worst_deviation(const TimeSeries& s, const std::vector<std::size_t>& kept
   return worst;
 }
 
-// Several series of all kinds together: smooth, random walk, noise, jumps, constant, NaN for a while, a quaternion.
+// Several series of all kinds: smooth, random walk, noise, jumps, constant, NaN in an interval, a quaternion.
 TimeSeries mixed(unsigned seed, std::size_t samples) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -87,49 +87,51 @@ TEST(Decimate, OmittedSamplesAreWithinTheBound) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TimeSeries s = mixed(seed, 1500);
     for (const double bound : {kFinestBound, 1e-3, kCoarsestBound, 0.1}) {
-      const auto kept = *kept_samples(s, bound);
-      EXPECT_LE(worst_deviation(s, kept, bound), 1 + 1e-9) << "seed " << seed << ", bound " << bound;  // measured 1.0
-      EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end(), std::less_equal<>()));
+      const auto retained = *retained_samples(s, bound);
+      EXPECT_LE(worst_deviation(s, retained, bound), 1 + 1e-9)
+          << "seed " << seed << ", bound " << bound;  // measured 1.0
+      EXPECT_TRUE(std::is_sorted(retained.begin(), retained.end(), std::less_equal<>()));
     }
   }
 }
 
 TEST(Decimate, AParabolaTakesAsManyLinesAsItMust) {
-  // A chord over h misses x^2 by h^2/4: lines of 0.02 for 1e-4, with ends on samples.
-  const auto kept = *kept_samples(over_unit_time(10001, [](double t) { return t * t; }), 1e-4);
-  EXPECT_GE(kept.size(), 51u);
-  EXPECT_LE(kept.size(), 53u);
+  // A chord of length h deviates from x^2 by h^2/4: 0.02 for 1e-4, with ends at samples.
+  const auto retained = *retained_samples(over_unit_time(10001, [](double t) { return t * t; }), 1e-4);
+  EXPECT_GE(retained.size(), 51u);
+  EXPECT_LE(retained.size(), 53u);
 }
 
-TEST(Decimate, KeepsOnlyTheEndsOfALine) {
-  EXPECT_EQ(kept_samples(over_unit_time(1000, [](double t) { return 3 - 7 * t; }), 1e-4)->size(), 2u);
+TEST(Decimate, RetainsOnlyEndsOfLine) {
+  EXPECT_EQ(retained_samples(over_unit_time(1000, [](double t) { return 3 - 7 * t; }), 1e-4)->size(), 2u);
 }
 
-TEST(Decimate, KeepsBothSidesOfAJump) {
+TEST(Decimate, RetainsBothSidesOfJump) {
   const TimeSeries s = over_unit_time(1001, [](double t) { return t < 0.5 ? 0.0 : 1.0; });
-  EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 499, 500, 1000}));
+  EXPECT_EQ(*retained_samples(s, 1e-2), (std::vector<std::size_t>{0, 499, 500, 1000}));
 }
 
 TEST(Decimate, DropsRoundingNoise) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  // Of a constant: floats could not show it.
-  EXPECT_EQ(kept_samples(over_unit_time(1000, [&](double) { return 5 + 1e-15 * uniform(random); }), 1e-4)->size(), 2u);
-  // Of zero, beside something of the same unit.
+  // Noise on a constant, below single precision.
+  EXPECT_EQ(retained_samples(over_unit_time(1000, [&](double) { return 5 + 1e-15 * uniform(random); }), 1e-4)->size(),
+            2u);
+  // Noise about zero, relative to another series with the same unit.
   TimeSeries s = over_unit_time(1000, [&](double) { return 1e-15 * uniform(random); });
   s.series.push_back({"large", "m", "", {""}, std::vector<double>(1000, 10.0)});
-  EXPECT_EQ(kept_samples(s, 1e-4)->size(), 2u);
-  // But a small quantity that moves is a quantity.
+  EXPECT_EQ(retained_samples(s, 1e-4)->size(), 2u);
+  // But small variations above rounding errors are retained.
   s = over_unit_time(1000, [&](double) { return 1e-6 * uniform(random); });
   s.series.push_back({"large", "m", "", {""}, std::vector<double>(1000, 10.0)});
-  EXPECT_GT(kept_samples(s, 1e-4)->size(), 900u);
+  EXPECT_GT(retained_samples(s, 1e-4)->size(), 900u);
 }
 
 TEST(Decimate, NumbersAndNoNumbersAreNotMixed) {
   TimeSeries s = over_unit_time(100, [](double t) { return t > 0.3 && t < 0.6 ? kNaN : 1.0; });
-  EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 29, 30, 59, 60, 99}));
+  EXPECT_EQ(*retained_samples(s, 1e-2), (std::vector<std::size_t>{0, 29, 30, 59, 60, 99}));
   s.series[0].data[80] = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 29, 30, 59, 60, 79, 80, 81, 99}));
+  EXPECT_EQ(*retained_samples(s, 1e-2), (std::vector<std::size_t>{0, 29, 30, 59, 60, 79, 80, 81, 99}));
 }
 
 TEST(Decimate, PhasesAndEqualTimesStay) {
@@ -138,36 +140,36 @@ TEST(Decimate, PhasesAndEqualTimesStay) {
   for (std::size_t i = 0; i < 100; ++i) s.phase[i] = i < 40 ? 0 : i < 42 ? 1 : 2;
   s.time[40] = s.time[41] = s.time[42] = s.time[39];
   s.time[71] = s.time[70];  // a second instant within a phase
-  EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 39, 40, 41, 42, 70, 71, 99}));
+  EXPECT_EQ(*retained_samples(s, 1e-2), (std::vector<std::size_t>{0, 39, 40, 41, 42, 70, 71, 99}));
 }
 
 TEST(Decimate, GraspForcePeaksStay) {
-  // A peak that any coarse line may cut: 1e-3 of the range above its neighbours.
+  // A peak that a coarse line may omit: 1e-3 of the range above its neighbours.
   const auto force = [](double t) { return t < 0.25 ? 100.0 : t == 0.5 ? 10.001 : 10.0; };
   TimeSeries s = over_unit_time(101, force, "grasps/tip/force");
   s.phases = {"contact", "post_impact"};
   for (std::size_t i = 0; i < 101; ++i) s.phase[i] = i < 30 ? 0 : 1;
-  const auto kept = *kept_samples(s, 1e-2);
-  EXPECT_TRUE(std::count(kept.begin(), kept.end(), 50u));
+  const auto retained = *retained_samples(s, 1e-2);
+  EXPECT_TRUE(std::count(retained.begin(), retained.end(), 50u));
   s.series[0].path = "grasps/tip/distance";
-  const auto without = *kept_samples(s, 1e-2);
+  const auto without = *retained_samples(s, 1e-2);
   EXPECT_FALSE(std::count(without.begin(), without.end(), 50u));
 }
 
-TEST(Decimate, KeepsPeaksOfLoopDefects) {
+TEST(Decimate, RetainsPeaksOfLoopDefects) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0, 1e-15);
   const TimeSeries s = over_unit_time(
       10000, [&](double) { return uniform(random); }, "loops/tip/position_defect");
-  const auto kept = *kept_samples(s, 1e-4);
-  EXPECT_LE(kept.size(), 66u);
+  const auto retained = *retained_samples(s, 1e-4);
+  EXPECT_LE(retained.size(), 66u);
   const auto& x = s.series[0].data;
   for (std::size_t part = 0; part < 64; ++part) {
     const std::size_t first = part * 10000 / 64 + 2, last = (part + 1) * 10000 / 64 - 2;
     const double largest = *std::max_element(x.begin() + static_cast<std::ptrdiff_t>(first),
                                              x.begin() + static_cast<std::ptrdiff_t>(last));
     double shown = 0;
-    for (const std::size_t i : kept) {
+    for (const std::size_t i : retained) {
       if (i + 3 >= first && i <= last + 3) shown = std::max(shown, x[i]);
     }
     EXPECT_GE(shown, largest) << part;
@@ -182,21 +184,21 @@ TEST(Decimate, TheBoundGrowsUntilItFits) {
   const Decimation fine = decimate(s, 20000), coarse = decimate(s, 3000), least = decimate(s, 10);
   EXPECT_EQ(fine.bound, 1e-4);
   EXPECT_GT(coarse.bound, 1e-4);
-  EXPECT_LE(coarse.kept.size(), 3000u);
-  EXPECT_FALSE(kept_samples(s, coarse.bound / 2, 3000));  // the finest that fits
-  EXPECT_EQ(least.bound, kCoarsestBound);                 // not coarser, though it does not fit
-  EXPECT_GT(least.kept.size(), 10u);
-  for (const Decimation& d : {fine, coarse, least}) EXPECT_LE(worst_deviation(s, d.kept, d.bound), 1 + 1e-9);
+  EXPECT_LE(coarse.retained.size(), 3000u);
+  EXPECT_FALSE(retained_samples(s, coarse.bound / 2, 3000));  // this bound is nearly minimal
+  EXPECT_EQ(least.bound, kCoarsestBound);                     // the coarsest bound, although too many samples remain
+  EXPECT_GT(least.retained.size(), 10u);
+  for (const Decimation& d : {fine, coarse, least}) EXPECT_LE(worst_deviation(s, d.retained, d.bound), 1 + 1e-9);
 }
 
 TEST(Decimate, ReportsCompleteSeries) {
   const Decimation d = decimate(over_unit_time(3, [](double t) { return t * t; }), 100);
-  EXPECT_EQ(d.kept.size(), 3u);
+  EXPECT_EQ(d.retained.size(), 3u);
   EXPECT_EQ(d.bound, 0);
 }
 
 TEST(Decimate, FewAndNoSamples) {
-  EXPECT_TRUE(kept_samples({}, 1e-4)->empty());
+  EXPECT_TRUE(retained_samples({}, 1e-4)->empty());
   const TimeSeries one = [] {
     TimeSeries s;
     s.time = {5};
@@ -205,15 +207,15 @@ TEST(Decimate, FewAndNoSamples) {
     s.series = {{"q", "m", "", {""}, {1}}};
     return s;
   }();
-  EXPECT_EQ(*kept_samples(one, 1e-4), std::vector<std::size_t>{0});
+  EXPECT_EQ(*retained_samples(one, 1e-4), std::vector<std::size_t>{0});
   TimeSeries backwards = over_unit_time(5, [](double t) { return t; });
   backwards.time = {0, 2, 1, kNaN, 3};
-  EXPECT_EQ(kept_samples(backwards, 1e-4)->size(), 5u);
+  EXPECT_EQ(retained_samples(backwards, 1e-4)->size(), 5u);
 }
 
 TEST(Decimate, AMillionSamplesBecomeFew) {
   SKIP_UNDER_SANITIZERS();
-  // Forty components, half of them noisy: linear in the number of samples, or this would not end.
+  // Forty components, half of them noisy: the time must be linear in the number of samples.
   constexpr std::size_t kSamples = 1'000'000;
   TimeSeries s = over_unit_time(kSamples, [](double t) { return std::sin(300 * t); });
   s.series.push_back({"vectors", "m", "", std::vector<std::string>(19, "c"), {}});
@@ -229,8 +231,8 @@ TEST(Decimate, AMillionSamplesBecomeFew) {
   }
   const Decimation d = decimate(s, 6000);
   EXPECT_EQ(d.bound, 8e-4);
-  EXPECT_LE(d.kept.size(), 6000u);  // measured 4 to 6 thousand
-  EXPECT_LE(worst_deviation(s, d.kept, d.bound), 1 + 1e-9);
+  EXPECT_LE(d.retained.size(), 6000u);  // measured 4 to 6 thousand
+  EXPECT_LE(worst_deviation(s, d.retained, d.bound), 1 + 1e-9);
 }
 
 }  // namespace decimate_test

@@ -1,4 +1,4 @@
-// Figures: contents of data and script, output of gnuplot, and that names are never executed.
+// Figures: contents of data and script, output of gnuplot; names are never executed.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ FigureRequest request_for(const std::string& what) {
   return request;
 }
 
-// Rows of numbers of a data file; of which index.
+// Rows of numbers of a data file.
 std::vector<std::vector<double>> rows_of(const std::string& data) {
   std::vector<std::vector<double>> rows;
   std::istringstream lines(data);
@@ -82,7 +82,7 @@ TEST(Figure, ReplacesSymbolicLinksWithoutPartialFiles) {
   EXPECT_EQ(test::bytes_of(folder / "precious"), "x");
   EXPECT_FALSE(fs::is_symlink(folder / "joints.svg"));
   EXPECT_NE(test::bytes_of(folder / "joints.svg").find("</svg>"), std::string::npos);
-  EXPECT_EQ(folder.files(), 4);  // image, data, script, and what was there
+  EXPECT_EQ(folder.files(), 4);  // image, data, script, and the earlier file
 }
 
 TEST(Figure, DataFileHasOriginAndRecordedValues) {
@@ -106,7 +106,7 @@ TEST(Figure, DataFileHasOriginAndRecordedValues) {
 TEST(Figure, RelativeVelocityIsThatOfTheGraspPoint) {
   const RunSource run = sample_run(true);
   const std::vector<std::vector<double>> rows = rows_of(figure_data(series_figure(run, request_for("relative"))));
-  // The point at (-0.5, 0) of a ball that turns by 1.7 rad/s: v = (-0.03, 0) + w x r.
+  // The point at (-0.5, 0) of a ball that rotates at 1.7 rad/s: v = (-0.03, 0) + w x r.
   for (const std::size_t i : {0u, 37u, 150u}) {
     const double angle = 1.7 * run.series.time[i];
     const double vx = -0.03 + 1.7 * 0.5 * std::sin(angle), vy = -1.7 * 0.5 * std::cos(angle);
@@ -149,7 +149,7 @@ TEST(Figure, StrobeShowsTheBodiesWhereTheyWere) {
   int outlines = 0;
   for (const FigureBlock& block : figure.blocks) {
     for (const double time : {0.0, 10.0}) {
-      bool all = block.rows.size() == 38;  // one polygon, closed, and its end
+      bool all = block.rows.size() == 38;  // one closed polygon, and its end
       for (const std::vector<double>& row : block.rows)
         all = all && (row.empty() || std::abs(std::hypot(row[0] - 3 + 0.03 * time, row[1] - 1) - 0.5) < 1e-9);
       outlines += all ? 1 : 0;
@@ -215,7 +215,7 @@ TEST(Figure, HostileNamesAreOnlyNames) {
   }
   EXPECT_FALSE(fs::exists(trap));
   const std::string svg = test::bytes_of(folder / "f'`touch trap`.svg");
-  EXPECT_NE(svg.find("a_b^c"), std::string::npos);  // as text, not as index and power
+  EXPECT_NE(svg.find("a_b^c"), std::string::npos);  // as plain text, not as subscript and superscript
   EXPECT_EQ(svg.find("<b>"), std::string::npos);
   EXPECT_EQ(svg.find('\xff'), std::string::npos);
 }
@@ -231,8 +231,8 @@ TEST(Figure, ABackslashAtTheEndOfAHeadTakesNothingWithIt) {
   EXPECT_NE(run_gnuplot(folder.path(), "show.gp").message.find("encoding is utf8"), std::string::npos);
 }
 
-// What a damaged file may say.
-TEST(Figure, SeriesOfAnotherWidthAreFaults) {
+// Contents of a damaged file.
+TEST(Figure, SeriesOfAnotherWidthAreErrors) {
   RunSource run = sample_run(true);
   for (Series& s : run.series.series) {
     if (s.path == "base/angular_velocity") s.components = {"x"}, s.data.resize(run.series.time.size());
@@ -338,7 +338,7 @@ TEST(WindowFigure, HasEveryTimeAndItsLimits) {
                {"time": 7.5, "reachable": true, "reason": "", "objective": 2, "speed": 0.25, "direction_angle": null, "reach_share": 0.75}]}}}})");
   ASSERT_TRUE(has_window(run));
   const Figure figure = window_figure(run, request_for("window"));
-  ASSERT_EQ(figure.panels.size(), 3u);  // nothing has a direction
+  ASSERT_EQ(figure.panels.size(), 3u);  // no direction angles
   EXPECT_EQ(figure.panels.back().x_label, "time of capture [s]");
   const std::vector<std::vector<double>>& rows = figure.blocks.at(0).rows;
   ASSERT_EQ(rows.size(), 2u);

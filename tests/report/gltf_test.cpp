@@ -1,4 +1,4 @@
-// capture.glb against the rules of glTF 2.0 that binary files and animations can break, and against the run.
+// capture.glb against the rules of glTF 2.0 for binary files and animations, and against the run.
 
 #include "grapnel/report/gltf_export.hpp"
 
@@ -26,7 +26,7 @@ std::uint32_t word(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-// A file taken apart; anything against the rules fails the test.
+// A parsed file; violations of the rules fail the test.
 class Glb {
  public:
   explicit Glb(const std::string& bytes) {
@@ -166,7 +166,7 @@ class Glb {
   std::string buffer_;
 };
 
-// Where glTF's LINEAR puts a body at a time: position, and quaternion x, y, z, w.
+// Pose of a body at a time with glTF's LINEAR interpolation: position, and quaternion x, y, z, w.
 struct Played {
   Vector3d p;
   double q[4];
@@ -196,7 +196,7 @@ Played play(const Glb& glb, const std::string& node, double time) {
 }
 
 TEST(Gltf, FollowsTheFormatAndTheMotion) {
-  // At the higher spin every sample is needed; at the lower one some are left out.
+  // At the higher spin every sample is needed; at the lower one some are omitted.
   for (const double spin : {1.7, 0.1}) {
     if (test::kSanitized && spin > 1) continue;
     const RunSource run = test::sample_run(spin > 1, "", spin);
@@ -210,15 +210,15 @@ TEST(Gltf, FollowsTheFormatAndTheMotion) {
     if (spin < 1) {
       EXPECT_LT(extras["keyframes"].get<int>(), 190) << "nothing was left out";  // measured 169 of 204
     }
-    EXPECT_LT(extras["largest_time_shift_s"].get<double>(), 1e-5);  // measured 3e-6 at 10 s, of three equal times
+    EXPECT_LT(extras["largest_time_shift_s"].get<double>(), 1e-5);  // measured 3e-6 at 10 s, for three equal times
     for (std::size_t b = 0; b < run.scene->bodies.size(); ++b) {
       const RecordedPose pose(run.series, run.scene->bodies[b].series);
       for (std::size_t i = 0; i < run.series.time.size(); ++i) {
         const Played is = play(glb, run.scene->bodies[b].name, run.series.time[i]);
-        EXPECT_LT(norm(is.p - pose.position(i)), metres + 1e-6) << i;  // floats
+        EXPECT_LT(norm(is.p - pose.position(i)), metres + 1e-6) << i;  // single precision
         const Quaterniond q = pose.quaternion(i);
         const double along = std::abs(is.q[3] * q.w + is.q[0] * q.x + is.q[1] * q.y + is.q[2] * q.z);
-        EXPECT_LT(2 * std::acos(std::min(along, 1.0)), radians + 1e-3) << i;  // acos near 1 of floats
+        EXPECT_LT(2 * std::acos(std::min(along, 1.0)), radians + 1e-3) << i;  // acos near 1 in single precision
       }
     }
   }
@@ -263,10 +263,10 @@ TEST(Gltf, NumbersThatItCannotHoldAreNamed) {
   EXPECT_EQ(fault([](TimeSeries& s) { s.time[5] = INFINITY; }), "made-up/timeseries.h5: a time is not finite");
   const std::string pose = "made-up/timeseries.h5: the pose of ball is not finite";
   EXPECT_EQ(fault([&](TimeSeries& s) { set(s, "targets/ball/quaternion_wxyz", NAN); }), pose);
-  EXPECT_EQ(fault([&](TimeSeries& s) { set(s, "targets/ball/position", 1e300); }), pose);  // infinite as a float
+  EXPECT_EQ(fault([&](TimeSeries& s) { set(s, "targets/ball/position", 1e300); }), pose);  // overflows a float
 }
 
-// Outward triangles close the shape: their signed volume is the shape's.
+// Outward triangles form a closed surface: its signed volume is that of the shape.
 double volume(const DrawnMesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -309,7 +309,7 @@ TEST(DrawnShape, BoxHasTheBodysInertia) {
   SceneBody body;
   body.mass = 12;
   const Rotationd R = rotation_about({0.6, 0, 0.8}, 0.7);
-  body.inertia = rotate(R, Symmetric3d::diagonal(4 + 9, 1 + 9, 1 + 4));  // of edges 1, 2, 3
+  body.inertia = rotate(R, Symmetric3d::diagonal(4 + 9, 1 + 9, 1 + 4));  // edges 1, 2, 3
   const SceneShape box = box_of_inertia(body);
   EXPECT_EQ(box.shape, "box");
   Symmetric3d is = rotate(box.X_BG.R, Symmetric3d::diagonal(box.size[1] * box.size[1] + box.size[2] * box.size[2],

@@ -1,4 +1,4 @@
-// From result folders to the page's data.
+// The page's data from result folders.
 
 #include "grapnel/report/report_data.hpp"
 #include "grapnel/report/run_data.hpp"
@@ -107,15 +107,15 @@ TEST_F(ReportDataOf, SeriesComeBackFromTheirPacking) {
   const json packed = run()["series"];
   const double bound = packed["bound"].get<double>();
   EXPECT_EQ(bound, kFinestBound);
-  const auto kept = *kept_samples(s, bound);
+  const auto retained = *retained_samples(s, bound);
   EXPECT_EQ(packed["of"], s.time.size());
-  ASSERT_EQ(packed["samples"], kept.size());
-  EXPECT_LT(kept.size(), s.time.size() / 2);
+  ASSERT_EQ(packed["samples"], retained.size());
+  EXPECT_LT(retained.size(), s.time.size() / 2);
   EXPECT_EQ(packed["phases"], json(s.phases));
   const auto time = test::numbers_from_base64<double>(packed["time"].get<std::string>());
   const auto phase = test::numbers_from_base64<std::uint8_t>(packed["phase"].get<std::string>());
-  ASSERT_EQ(time.size(), kept.size());
-  ASSERT_EQ(phase.size(), kept.size());
+  ASSERT_EQ(time.size(), retained.size());
+  ASSERT_EQ(phase.size(), retained.size());
   ASSERT_EQ(packed["series"].size(), s.series.size());
   for (std::size_t n = 0; n < s.series.size(); ++n) {
     const json one = packed["series"][n];
@@ -125,12 +125,12 @@ TEST_F(ReportDataOf, SeriesComeBackFromTheirPacking) {
     EXPECT_EQ(one["components"], json(s.series[n].components));
     const auto values = test::numbers_from_base64<float>(one["data"].get<std::string>());
     const std::size_t width = s.series[n].components.size();
-    ASSERT_EQ(values.size(), kept.size() * width);
-    for (std::size_t k = 0; k < kept.size(); ++k) {
-      EXPECT_EQ(time[k], s.time[kept[k]]);
-      EXPECT_EQ(phase[k], s.phase[kept[k]]);
+    ASSERT_EQ(values.size(), retained.size() * width);
+    for (std::size_t k = 0; k < retained.size(); ++k) {
+      EXPECT_EQ(time[k], s.time[retained[k]]);
+      EXPECT_EQ(phase[k], s.phase[retained[k]]);
       for (std::size_t c = 0; c < width; ++c)
-        EXPECT_EQ(values[k * width + c], static_cast<float>(s.series[n].data[kept[k] * width + c]));
+        EXPECT_EQ(values[k * width + c], static_cast<float>(s.series[n].data[retained[k] * width + c]));
     }
   }
 }
@@ -145,7 +145,7 @@ TEST_F(ReportDataOf, NoNumbersSurviveThePacking) {
   EXPECT_EQ(std::count(values.begin(), values.end(), -std::numeric_limits<float>::infinity()), 1);
 }
 
-// Equal times all stay: 10 samples of 9 + 4 * 15 bytes.
+// Equal times are all retained: 10 samples of 9 + 4 * 15 bytes.
 TEST_F(ReportDataOf, SeriesThatStayTooLargeForAPageAreRefused) {
   TimeSeries s = test::sliding_series(5);
   std::fill(s.time.begin(), s.time.end(), 1.0);
@@ -154,7 +154,7 @@ TEST_F(ReportDataOf, SeriesThatStayTooLargeForAPageAreRefused) {
             "10 samples of 15 numbers exceed the limit of a page, and the tolerance admits no further reduction");
 }
 
-TEST_F(ReportDataOf, TheSameResultsGiveTheSameBytes) {
+TEST_F(ReportDataOf, SameResultsProduceSameBytes) {
   write_run(folder / "a");
   fs::create_directory(folder / "b");
   fs::copy(folder / "a", folder / "b" / "a");
@@ -174,7 +174,7 @@ TEST_F(ReportDataOf, MissingFilesAreNotes) {
   EXPECT_TRUE(run()["series"].is_null());
 }
 
-TEST_F(ReportDataOf, DamagedFilesAreNotesWithTheirFault) {
+TEST_F(ReportDataOf, DamagedFilesAreNotesWithErrors) {
   write_run(folder.path());
   const std::string series = bytes_of(folder / "timeseries.h5"), scene = bytes_of(folder / "scene.json");
   put_bytes(folder / "timeseries.h5", series.substr(0, series.size() / 2));
@@ -190,7 +190,7 @@ TEST_F(ReportDataOf, DamagedFilesAreNotesWithTheirFault) {
   EXPECT_THAT(notes()[1], HasSubstr("not an HDF5 file"));
 }
 
-// Cut or altered anywhere: a note, or the file is used; the page opens.
+// Truncated or altered anywhere: a note, or the file is used; the page opens in both cases.
 TEST_F(ReportDataOf, NoDamageBesidesTheSummaryIsFatal) {
   write_run(folder.path());
   int noted = 0;
@@ -253,7 +253,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
   EXPECT_EQ(fault(), path.string() + ": not a file");
 }
 
-TEST_F(ReportDataOf, AFolderWithoutResultsSaysWhatWasLookedFor) {
+TEST_F(ReportDataOf, FolderWithoutResultsIsErrorWithExpectedFiles) {
   EXPECT_EQ(fault(), folder.path().string() +
                          ": no results: expected summary.json (of grapnel run), study.json (of grapnel sweep), "
                          "comparison.json (of grapnel optimize), campaign.json (of grapnel campaign)");

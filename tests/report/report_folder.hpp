@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Result folders made up for the report's tests.
+/// Synthetic result folders for the report's tests.
 
 #include <filesystem>
 #include <string>
@@ -12,16 +12,16 @@
 
 namespace grapnel::test {
 
-/// A base that slides and one target, over two phases with an impact between: `samples` of them in each.
+/// A sliding base and one target, over two phases with an impact between: `samples` of them in each.
 TimeSeries sliding_series(std::size_t samples);
-/// Its bodies.
+/// The bodies of this series.
 Scene sliding_scene();
 
 /// summary.json (sample_result() with this name), timeseries.h5 and scene.json.
 void write_run(const std::filesystem::path& folder, const std::string& name = "sample",
                const std::string& sha256 = "0123456789abcdef", const TimeSeries& series = sliding_series(50));
 
-/// The bytes that base64 stands for.
+/// Decodes base64.
 std::string from_base64(const std::string& text);
 template <class T>
 std::vector<T> numbers_from_base64(const std::string& text) {

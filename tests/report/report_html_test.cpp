@@ -1,4 +1,4 @@
-// The page: whatever its data say, they stay data.
+// The page: arbitrary data never become markup or script.
 
 #include "grapnel/report/report_html.hpp"
 
@@ -15,7 +15,7 @@ using testing::Not;
 
 const Viewer kViewer{"viewer();", ":root{}"};
 
-// What a browser takes for the text of the data's element.
+// The text of the data element as a browser reads it.
 std::string data_in(const std::string& page) {
   const std::string tag = "<script type=\"application/json\" id=\"grapnel-data\">";
   const std::size_t begin = page.find(tag) + tag.size();
@@ -49,7 +49,7 @@ TEST(ReportHtml, ThePolicyAllowsTheViewersScriptAndNoOther) {
   const std::string sources = page.substr(at, page.find(';', at) - at);
   EXPECT_EQ(sources, "script-src 'sha256-XOaGvdj6Hts3rFNpowfjRz7z4KOG+Rq8zrEGk2LUP3Y='");
   EXPECT_THAT(page, HasSubstr("base-uri 'none'; form-action 'none'"));
-  // For the text in the page, after escaping of the end of the element.
+  // For the text in the page, with the escaped end of the element.
   EXPECT_THAT(report_html({"", "{}"}, {"a=\"</script>\";", ""}),
               HasSubstr("script-src 'sha256-7bVrHDyGl/u7a4KJ5JUdd8mRWFT8RH9G0VcTbzD85Qg='"));
 }
@@ -64,7 +64,7 @@ TEST(ReportHtml, HostileTextsStayTexts) {
   EXPECT_THAT(page, Not(HasSubstr("<!--")));
   EXPECT_THAT(data_in(page), Not(HasSubstr("\xe2\x80\xa8")));
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt;"));
-  EXPECT_EQ(nlohmann::json::parse(data_in(page))["name"], hostile);  // and nothing of them is lost
+  EXPECT_EQ(nlohmann::json::parse(data_in(page))["name"], hostile);  // unchanged
 }
 
 TEST(ReportHtml, TheViewersOwnTextsDoNotEndIt) {

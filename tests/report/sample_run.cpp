@@ -18,10 +18,10 @@ void add_pose(TimeSeries& series, const std::string& path, const Vector3d& axis,
       quaternion{path + "/quaternion_wxyz", "1", "", {"w", "x", "y", "z"}, {}};
   Series linear{path + "/velocity", "m/s", "", {"x", "y", "z"}, {}},
       angular{path + "/angular_velocity", "rad/s", "", {"x", "y", "z"}, {}};
-  // The base sways, so that straight lines between samples miss something.
+  // The base sways, so that linear interpolation between samples has errors.
   for (const double t : series.time) {
     const Vector3d p = start + t * velocity + Vector3d{0, path == "base" ? 0.05 * std::sin(0.5 * t) : 0, 0};
-    // w >= 0: the sign jumps, as of quaternions that come from matrices.
+    // w >= 0: the sign jumps, as for quaternions computed from matrices.
     const Quaterniond q = quaternion_from(rotation_about(axis, rate * t));
     position.data.insert(position.data.end(), {p[0], p[1], p[2]});
     quaternion.data.insert(quaternion.data.end(), {q.w, q.x, q.y, q.z});

@@ -27,7 +27,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Two speeds by three labels, with what CSV has to quote; the last point failed.
+// Two speeds by three labels with characters that CSV must quote; the last point failed.
 struct Table {
   Campaign study;
   std::vector<CaseRow> rows;
@@ -98,7 +98,7 @@ TEST_F(StudyReport, WhereTheStudysFileIsNotKnownThereIsNoCommand) {
   EXPECT_EQ(data()["sweep"]["command"], "");
 }
 
-TEST_F(StudyReport, TablesThatDoNotFitAreFaults) {
+TEST_F(StudyReport, TablesThatDoNotFitAreErrors) {
   write(table());
   const std::string csv = bytes_of(folder / "table.csv"), path = (folder / "table.csv").string();
   const auto changed = [&](const std::string& from, const std::string& to) {
@@ -128,7 +128,7 @@ TEST_F(StudyReport, TablesThatDoNotFitAreFaults) {
   EXPECT_EQ(fault(), path + ": No such file or directory");
 }
 
-TEST_F(StudyReport, DamagedSettingsAreFaults) {
+TEST_F(StudyReport, DamagedSettingsAreErrors) {
   write(table());
   const json sound = json::parse(bytes_of(folder / "study.json"));
   const std::string path = (folder / "study.json").string();
@@ -148,7 +148,7 @@ TEST_F(StudyReport, DamagedSettingsAreFaults) {
   EXPECT_EQ(with("/columns/0/unit", 3), path + ": an entry of 'columns' lacks the text 'unit'");
 }
 
-// Cut or altered anywhere: a message that names the folder's file, or a report; never a crash.
+// Truncated or altered anywhere: a message that names the file, or a report; never a crash.
 TEST_F(StudyReport, NoDamageIsFatal) {
   write(table());
   int faults = 0;
@@ -171,7 +171,7 @@ TEST_F(StudyReport, NoDamageIsFatal) {
   EXPECT_EQ(fault(), "");
 }
 
-TEST_F(StudyReport, ATableTooLargeForAPageIsSaid) {
+TEST_F(StudyReport, TooLargeTableIsReported) {
   SKIP_UNDER_SANITIZERS();
   Table t = table();
   t.study.design[0].values.assign(1'000'000, {0.5, ""});
@@ -236,7 +236,7 @@ TEST_F(ReportOfOptimization, HasItsEvaluations) {
 
 TEST_F(ReportOfOptimization, WithoutABestThereIsNoCommand) { EXPECT_EQ(data()["optimization"]["command"], ""); }
 
-TEST_F(ReportOfOptimization, ATableOfAnotherSearchIsAFault) {
+TEST_F(ReportOfOptimization, TableOfAnotherSearchIsError) {
   std::string csv = bytes_of(folder / "evaluations.csv");
   csv.replace(csv.find("approach_angle"), 14, "approach_speed");
   put_bytes(folder / "evaluations.csv", csv);

@@ -48,7 +48,7 @@ TEST(AtomicFile, LeavesNothingWithoutACommit) {
   EXPECT_EQ(folder.files(), 1);
 }
 
-TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
+TEST(AtomicFile, SimultaneousWritersDoNotInterfere) {
   const TemporaryFolder folder;
   AtomicFile first(folder / "a"), second(folder / "a");
   first.write("first");
@@ -61,7 +61,7 @@ TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
 
 TEST(AtomicFile, RemovesOnlyLeftoversOfKilledProcesses) {
   const TemporaryFolder folder;
-  const std::string gone = ".summary.json.tmp-" + std::to_string(1 << 30) + "-0";  // no process has this number
+  const std::string gone = ".summary.json.tmp-" + std::to_string(1 << 30) + "-0";  // no process has this id
   const std::string mine = ".summary.json.tmp-" + std::to_string(::getpid()) + "-0";
   for (const std::string& name : {gone, mine, std::string(".notes.tmp-old"), std::string(".tmp-1073741824-0"),
                                   std::string("a.tmp-1073741824-0"), std::string(".b.tmp-1073741824-0x")})
@@ -76,7 +76,7 @@ TEST(AtomicFile, RemovesOnlyLeftoversOfKilledProcesses) {
   remove_leftovers(folder.path(), 3600);
   EXPECT_EQ(folder.files(), 7);
   EXPECT_FALSE(std::filesystem::exists(folder / gone));
-  EXPECT_TRUE(std::filesystem::exists(folder / mine));  // its process runs
+  EXPECT_TRUE(std::filesystem::exists(folder / mine));  // its process is running
   remove_leftovers(folder.path(), 0);                   // no other writer
   EXPECT_EQ(folder.files(), 6);
 }
@@ -100,7 +100,7 @@ TEST(AtomicFile, NamesThePathAndTheReason) {
   std::filesystem::create_directory(folder / "d");
   EXPECT_THAT(message_of([&] { write_file_atomically(folder / "d", "x"); }),
               AllOf(HasSubstr((folder / "d").string()), HasSubstr("directory")));
-  EXPECT_EQ(folder.files(), 1);  // no temporary stays
+  EXPECT_EQ(folder.files(), 1);  // no temporary file remains
   EXPECT_THAT(message_of([&] { write_file_atomically(folder.path().string() + "/", "x"); }),
               HasSubstr("not the name of a file"));
 }

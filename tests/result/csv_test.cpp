@@ -31,7 +31,7 @@ Rows parse(const std::string& text) {
       rows.back().back() += c;
     }
   }
-  EXPECT_EQ(rows.back(), std::vector<std::string>{""});  // the last line ends, too
+  EXPECT_EQ(rows.back(), std::vector<std::string>{""});  // the last line ends with a line feed, too
   rows.pop_back();
   return rows;
 }
@@ -74,7 +74,7 @@ TEST(Csv, HasOneColumnPerComponentAndReadsBackExactly) {
 }
 
 TEST(Csv, TextsAreNoFormulas) {
-  // What a spreadsheet would compute, or send elsewhere, stays a text.
+  // Text that a spreadsheet would evaluate or send to a server remains text.
   EXPECT_EQ(csv_quoted("=HYPERLINK(\"http://a\")"), "\"'=HYPERLINK(\"\"http://a\"\")\"");
   for (const std::string text : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "'=1", "''@x"}) {
     std::string field = csv_quoted(text);

@@ -62,7 +62,7 @@ TEST_F(DamagedHdf5, GarbageIsAnError) {
 }
 
 TEST_F(DamagedHdf5, ZeroedBlocksAreNoticed) {
-  // What a lost page leaves. Without the checksum HDF5 1.10 loops without end on some of these.
+  // Effects of a lost page. Without the checksum HDF5 1.10 loops endlessly on some of these.
   constexpr std::size_t kBlock = test::kSanitized ? 4096 : 512;
   for (std::size_t begin = 0; begin < bytes_.size(); begin += kBlock) {
     const std::size_t size = std::min(kBlock, bytes_.size() - begin);
@@ -85,12 +85,12 @@ TEST_F(DamagedHdf5, ChangedBytesAreNoticed) {
 }
 
 TEST_F(DamagedHdf5, LosingOnlyTheChecksumIsNoDamage) {
-  // What other programs leave when they change the file.
+  // Changes by other programs that modify the file.
   put_bytes(path_, bytes_.substr(0, bytes_.size() - 16));
   EXPECT_EQ(message(), "");
 }
 
-TEST_F(DamagedHdf5, MissingAndForeignFilesSaySo) {
+TEST_F(DamagedHdf5, ErrorsIdentifyMissingAndForeignFiles) {
   EXPECT_THAT(message_of([&] { read_timeseries(folder_ / "none.h5"); }),
               AllOf(HasSubstr("none.h5"), HasSubstr("No such file")));
   EXPECT_THAT(message_of([&] { read_timeseries(folder_.path()); }), HasSubstr("cannot read"));

@@ -1,5 +1,5 @@
 /// @file
-/// timeseries.h5 of other programs, without a checksum: reading always ends without a crash, for any content.
+/// timeseries.h5 written by other programs, without a checksum: reading always ends without a crash, for any content.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 namespace grapnel {
 namespace hdf5_foreign_test {
 
-// Without the checksum damage reaches HDF5, which crashes on some of it and loops without end on other: an error all
-// the same, or numbers that fit together.
+// Without the checksum, damaged data reach HDF5, which crashes or loops endlessly on some of them. The result must
+// still be an error, or consistent numbers.
 TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "timeseries.h5";
@@ -25,14 +25,14 @@ TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
   int errors = 0;
   for (int i = 0; i < 400; ++i) {
     std::string damaged = plain;
-    // Every second in the first kilobytes, where what HDF5 believes stands.
+    // Every second byte in the first kilobytes, which contain HDF5's metadata.
     const std::size_t reach = i % 2 == 0 ? damaged.size() : std::size_t{4096};
     for (std::size_t hits = 1 + random() % 6; hits > 0; --hits) damaged[random() % reach] = static_cast<char>(random());
     test::put_bytes(path, damaged);
-    const std::string said = test::message_of([&] { read_timeseries(path); });
-    if (said.empty()) continue;
+    const std::string message = test::message_of([&] { read_timeseries(path); });
+    if (message.empty()) continue;
     ++errors;
-    ASSERT_THAT(said, testing::HasSubstr("cannot read " + path.string())) << i;
+    ASSERT_THAT(message, testing::HasSubstr("cannot read " + path.string())) << i;
   }
   EXPECT_GT(errors, 150);  // measured 291
 }

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 
 class Hdf5RoundTrip : public testing::TestWithParam<int> {};
 
-TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
+TEST_P(Hdf5RoundTrip, RestoresEverything) {
   const TemporaryFolder folder;
   const TimeSeries written = sample_series(GetParam());
   write_timeseries_hdf5(written, sample_metadata(), folder / "timeseries.h5");
@@ -30,7 +30,7 @@ TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
   EXPECT_EQ(read.phases, written.phases);
   ASSERT_EQ(read.series.size(), written.series.size());
   for (std::size_t i = 0; i < read.series.size(); ++i) {
-    EXPECT_EQ(read.series[i].path, written.series[i].path);  // in their order, too
+    EXPECT_EQ(read.series[i].path, written.series[i].path);  // in the same order
     EXPECT_EQ(read.series[i].unit, written.series[i].unit);
     EXPECT_EQ(read.series[i].description, written.series[i].description);
     EXPECT_EQ(read.series[i].components, written.series[i].components);
@@ -43,10 +43,10 @@ TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
   EXPECT_EQ(folder.files(), 1);
 }
 
-// Nothing, one sample, stored as is, several compressed chunks.
+// Empty, one sample, stored uncompressed, several compressed chunks.
 INSTANTIATE_TEST_SUITE_P(Samples, Hdf5RoundTrip, testing::Values(0, 1, 5, 701, 30000));
 
-TEST(Hdf5, TheSameSeriesGivesTheSameBytes) {
+TEST(Hdf5, SameSeriesProducesSameBytes) {
   const TemporaryFolder folder;
   const TimeSeries series = sample_series(5000);
   write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
@@ -139,7 +139,7 @@ TEST(Hdf5, RunContinuesIfItsFileCannotBeWritten) {
   }
 }
 
-TEST(Hdf5, ThinnedSeriesKeepTheEndsOfPhases) {
+TEST(Hdf5, ThinnedSeriesRetainEndsOfPhases) {
   const test::TemporaryFolder folder;
   const TimeSeries series = test::sample_series(30'000);
   write_timeseries_hdf5(series, test::sample_metadata(), folder / "a.h5");

@@ -1,5 +1,5 @@
 /// @file
-/// Writers that are stopped by a full disk or killed: what was there before stays, complete.
+/// Writers interrupted by a full disk or killed: the earlier file remains, complete.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using test::sample_series;
 using test::TemporaryFolder;
 using testing::HasSubstr;
 
-/// What `action` threw in a child process where no file may grow beyond `limit` bytes: a disk that is full.
+/// The exception of `action` in a child process whose files cannot exceed `limit` bytes, as on a full disk.
 std::string message_with_full_disk(rlim_t limit, const std::filesystem::path& report,
                                    const std::function<void()>& action) {
   const pid_t child = ::fork();
@@ -95,13 +95,13 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
       }
     }
     char byte = 0;
-    EXPECT_EQ(::read(done[0], &byte, 1), 1);                 // one is complete; the next is being written,
-    ::usleep(static_cast<useconds_t>(977 * round % 20000));  // somewhere
+    EXPECT_EQ(::read(done[0], &byte, 1), 1);                 // one file is complete; the next is being written
+    ::usleep(static_cast<useconds_t>(977 * round % 20000));  // at an arbitrary position
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
     ::close(done[0]);
     ::close(done[1]);
-    const std::size_t samples = read_timeseries(path).series.time.size();  // throws if it is neither
+    const std::size_t samples = read_timeseries(path).series.time.size();  // throws if it is neither file
     ASSERT_TRUE(samples == 3000 || samples == 4000) << samples;
   }
 }

@@ -18,7 +18,8 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-// A hand that bears the impact, taken to last 1 ms, and not what comes afterwards.
+// An end-effector whose impact load, for an assumed duration of 1 ms, is within its rating, and whose later load is
+// not.
 CaptureResult sample() {
   CaptureResult result;
   result.scenario_name = "sample";
@@ -110,12 +111,12 @@ TEST(LoadTable, ReportsSaturation) {
 TEST(LoadTable, NamesExceededRatings) {
   EXPECT_EQ(ratings_sentence(sample()), "ratings: EXCEEDED, 1 of 2: left (force)");
   EXPECT_THAT(result_table(sample()), HasSubstr("ratings: EXCEEDED, 1 of 2: left (force)"));
-  CaptureResult kept = sample();
-  kept.peak_loads.pop_back();
-  EXPECT_EQ(ratings_sentence(kept), "");
+  CaptureResult within_ratings = sample();
+  within_ratings.peak_loads.pop_back();
+  EXPECT_EQ(ratings_sentence(within_ratings), "");
 }
 
-// A drive that is cut at its limit is not close to a rating.
+// A drive that saturates at its limit is not close to a rating.
 TEST(LoadTable, ADriveAtItsLimitIsSaturated) {
   CaptureResult result = sample();
   result.peak_loads.resize(1);

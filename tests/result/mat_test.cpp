@@ -15,7 +15,7 @@ using test::sample_metadata;
 using test::sample_series;
 using test::TemporaryFolder;
 
-/// A MAT file's one variable.
+/// The single variable of a MAT file.
 class Loaded {
  public:
   explicit Loaded(const std::filesystem::path& path) {
@@ -64,7 +64,7 @@ TEST(Mat, HoldsColumnsThatMatlabPlots) {
   EXPECT_EQ(mat.at("base.position")->dims[0], 701u);
   EXPECT_EQ(mat.at("base.position")->dims[1], 3u);
   EXPECT_TRUE(test::same_numbers(mat.numbers("kinetic_energy"), series.series[2].data));
-  // left-hand and left_hand are one name in MATLAB; a group info and a series end are names that are taken.
+  // left-hand and left_hand map to one name in MATLAB; a group `info` and a series `end` collide with reserved names.
   EXPECT_EQ(mat.numbers("end_effectors.left_hand.velocity").size(), 3 * 701u);
   EXPECT_EQ(mat.numbers("end_effectors.left_hand_2.velocity").size(), 3 * 701u);
   EXPECT_EQ(mat.numbers("info_2.xend"), series.series[6].data);
@@ -74,7 +74,7 @@ TEST(Mat, HoldsColumnsThatMatlabPlots) {
   EXPECT_EQ(static_cast<const std::int32_t*>(mat.at("phase")->data)[700], 2);
 }
 
-TEST(Mat, TheSameSeriesGivesTheSameBytes) {
+TEST(Mat, SameSeriesProducesSameBytes) {
   const TemporaryFolder folder;
   write_timeseries_hdf5(sample_series(701), sample_metadata(), folder / "timeseries.h5");
   EXPECT_EQ(export_mat(folder.path()), folder / "timeseries.mat");

@@ -1,4 +1,4 @@
-// What is published of summaries says the same as the files; tests/app/result_contract_test.cpp: of all documents.
+// The published schema of summaries agrees with the files; tests/app/result_contract_test.cpp: all documents.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(SummaryContract, FilesFollowTheSchema) {
   EXPECT_THAT(schema().faults_of(parsed(fixed)), IsEmpty());
 }
 
-TEST(SummaryContract, TheSchemaSeesFaults) {
+TEST(SummaryContract, SchemaDetectsErrors) {
   const json good = parsed(sample_result_with_laws());
   const auto broken = [&](const std::string& pointer, const json& value) {
     json document = good;
@@ -59,7 +59,7 @@ TEST(SummaryContract, TheSchemaSeesFaults) {
   json document = good;
   document["impact"].erase("rank");
   EXPECT_THAT(schema().faults_of(document), Not(IsEmpty()));
-  // A number that is none has no place where nothing says that it may be unknown.
+  // NaN is rejected for fields that are not declared as possibly unknown.
   CaptureResult result = sample_result();
   result.impact->kinetic_energy_before = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(schema().faults_of(parsed(result)), Not(IsEmpty()));

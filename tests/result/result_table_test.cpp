@@ -81,7 +81,7 @@ TEST(ResultTable, ReportsOnlyEvaluatedChecks) {
   EXPECT_THAT(result_table(result), ContainsRegex("clearance_violation +- +0 +m +not checked"));
 }
 
-TEST(ResultTable, ShowsTheThesissFormulasOnlyWhereTheyAreAskedFor) {
+TEST(ResultTable, ShowsThesisFormulasOnlyOnRequest) {
   CaptureResult result = test::sample_result();
   result.impact->as_published->grasps[0].impulse_magnitude = 98.7654321;
   result.impact->show_as_published = true;
@@ -115,7 +115,7 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   EXPECT_THAT(text, ContainsRegex("\n  right -> debris [*] +post_impact +12\\.346 +21\\.5"));
   EXPECT_THAT(text, ContainsRegex("the minimum is\\s+reported"));
 
-  // A loop that closes on its grasp points is not worth a line; neither is a mark where all is unique.
+  // A loop that closes within tolerance has no line; without a null space there is no mark.
   result.impact->loops[0].end_effector_distance = 1 + 9e-7;
   result.later_impacts.clear();
   result.grasp_loads.pop_back();

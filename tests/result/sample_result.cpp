@@ -65,7 +65,7 @@ GraspImpulse grasp(const std::string& end_effector) {
   return g;
 }
 
-// What laws, measures and ratings add.
+// Parts added by control, measures and ratings.
 void describe_law(ImpactReport& report) {
   ContactRebound rebound;
   rebound.normal = next_vector(), rebound.tangential_impulse = next_vector();

@@ -23,7 +23,7 @@ using testing::StartsWith;
 
 Posed pose(double angle, const Vector3d& p) { return {rotation_about({0.6, 0, 0.8}, angle), p}; }
 
-// Every field has its own value, so that a mix-up shows.
+// Every field has a distinct value, so that interchanged fields are detected.
 Scene sample_scene() {
   Scene scene;
   scene.planar = true;
@@ -63,7 +63,7 @@ class SceneFile : public testing::Test {
     test::put_bytes(folder_ / "scene.json", text);
     return folder_ / "scene.json";
   }
-  // The fault of a sample with one value replaced, without the path, which must come first.
+  // The error for a sample with one value replaced, without the path, which must come first.
   std::string fault(const std::string& pointer, const Json& value) {
     Json json = Json::parse(sample_text());
     json[Json::json_pointer(pointer)] = value;
@@ -128,7 +128,7 @@ TEST_F(SceneFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(b.meshes[0].triangles, a.meshes[0].triangles);
 }
 
-// web/src/data.ts and docs/formats/scene.md name these keys.
+// web/src/data.ts and docs/formats/scene.md use these keys.
 TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   const auto keys = [](const Json& object) {
     std::string text;
@@ -163,7 +163,7 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   EXPECT_EQ(sample_text().back(), '\n');
 }
 
-TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
+TEST_F(SceneFile, ReportsLocationAndKindOfDamage) {
   EXPECT_EQ(fault("/schema", "grapnel-summary/1"), "schema is 'grapnel-summary/1', not grapnel-scene/2");
   EXPECT_EQ(fault("/planar", 1), "planar: not true or false");
   EXPECT_EQ(fault("/bodies", Json::array()), "bodies: the list is empty");
@@ -205,7 +205,7 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
 TEST_F(SceneFile, MissesNothing) {
   const Json whole = Json::parse(sample_text());
   for (const auto& [key, value] : whole.items()) {
-    if (key == "version" || key == "scenario" || key == "limits") continue;  // of no use to bodies
+    if (key == "version" || key == "scenario" || key == "limits") continue;  // not used by bodies
     Json json = whole;
     json.erase(key);
     EXPECT_THAT(fault_of(json.dump()), HasSubstr("'" + key + "' is missing"));
@@ -216,14 +216,14 @@ TEST_F(SceneFile, IsNoJson) {
   const std::string text = sample_text();
   EXPECT_THAT(fault_of(""), HasSubstr("not JSON: parse error at line 1, column 1"));
   EXPECT_THAT(fault_of("[1, 2]"), HasSubstr("not a JSON object"));
-  // Cut anywhere it is refused in words; cut in its last newline it is whole.
+  // Truncated anywhere it is rejected with a message; without its last newline it is complete.
   for (std::size_t n = 0; n + 1 < text.size(); n += 7) {
     EXPECT_THAT(fault_of(text.substr(0, n)), HasSubstr("not JSON: ")) << n;
   }
   EXPECT_EQ(message_of([&] { read_scene(folder_ / "none.json"); }),
             (folder_ / "none.json: No such file or directory").string());
   EXPECT_EQ(message_of([&] { read_scene(folder_.path()); }), folder_.path().string() + ": not a file");
-  // Nesting without end exhausts nothing, and a pipe is not waited for.
+  // Deep nesting exhausts no memory, and reading does not block on a pipe.
   EXPECT_EQ(fault_of(std::string(100'000, '[')), "damaged: nested deeper than 64 levels");
   ASSERT_EQ(::mkfifo((folder_ / "pipe.json").c_str(), 0600), 0);
   EXPECT_EQ(message_of([&] { read_scene(folder_ / "pipe.json"); }), (folder_ / "pipe.json: not a file").string());
@@ -235,7 +235,7 @@ TEST_F(SceneFile, NumbersThatJsonLacksAreRefusedWhenRead) {
   EXPECT_EQ(fault_of(scene_json(scene, "", "", "")), "bodies[0].mass: not a number");
 }
 
-TEST(Scene, KeepsItsSchema) {
+TEST(Scene, FollowsSchema) {
   const test::SchemaCheck schema(json_schema(type_of<SceneDocument>(), "scene"));
   EXPECT_THAT(schema.faults_of(nlohmann::json::parse(sample_text())), testing::IsEmpty());
   EXPECT_THAT(schema.faults_of(nlohmann::json::parse(scene_json({}, "", "", ""))), testing::IsEmpty());

@@ -189,17 +189,17 @@ TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
   EXPECT_EQ(body["impulse"], numbers(impact.body_impulses[1].impulse));
   EXPECT_EQ(body["angular_impulse"], numbers(impact.body_impulses[1].angular_impulse));
   EXPECT_EQ(summary["releases"][0]["time"], 45);
-  const LoopReport& kept = result.loops[0];
+  const LoopReport& loop_report = result.loops[0];
   const json& loops = summary["post_impact"]["loops"][0];
-  EXPECT_EQ(loops["closures"], kept.closures);
+  EXPECT_EQ(loops["closures"], loop_report.closures);
   EXPECT_EQ(loops["rows"], 12);
   EXPECT_EQ(loops["rank"], 9);
-  EXPECT_EQ(loops["unprojected_position"], kept.unprojected_position);
-  EXPECT_EQ(loops["unprojected_angle"], kept.unprojected_angle);
-  EXPECT_EQ(loops["unprojected_velocity"], kept.unprojected_velocity);
-  EXPECT_EQ(loops["unprojected_angular_velocity"], kept.unprojected_angular_velocity);
-  EXPECT_EQ(loops["correction_total"], kept.correction_total);
-  EXPECT_EQ(loops["integration_error"], kept.integration_error);
+  EXPECT_EQ(loops["unprojected_position"], loop_report.unprojected_position);
+  EXPECT_EQ(loops["unprojected_angle"], loop_report.unprojected_angle);
+  EXPECT_EQ(loops["unprojected_velocity"], loop_report.unprojected_velocity);
+  EXPECT_EQ(loops["unprojected_angular_velocity"], loop_report.unprojected_angular_velocity);
+  EXPECT_EQ(loops["correction_total"], loop_report.correction_total);
+  EXPECT_EQ(loops["integration_error"], loop_report.integration_error);
   const GraspLoad& load = result.grasp_loads[1];
   const json& grasp = summary["post_impact"]["grasp_loads"][1];
   EXPECT_EQ(grasp["end_effector"], "right");
@@ -322,10 +322,10 @@ TEST(Summary, PutsEachValueUnderItsOwnKey) {
   EXPECT_EQ(base["quaternion_wxyz"], (std::vector<double>{0.5, -0.5, 0.5, -0.5}));
   EXPECT_EQ(base["angular_velocity"], numbers(end.base.angular_velocity));
   EXPECT_EQ(base["velocity"], numbers(end.base.velocity));
-  const json& hand = summary["approach"]["end"]["end_effectors"][1];
-  EXPECT_EQ(hand["miss_distance"], end.end_effectors[1].miss_distance);
-  EXPECT_EQ(hand["relative_velocity"], numbers(end.end_effectors[1].relative_velocity));
-  EXPECT_EQ(hand["relative_angular_velocity"], numbers(end.end_effectors[1].relative_angular_velocity));
+  const json& end_effector = summary["approach"]["end"]["end_effectors"][1];
+  EXPECT_EQ(end_effector["miss_distance"], end.end_effectors[1].miss_distance);
+  EXPECT_EQ(end_effector["relative_velocity"], numbers(end.end_effectors[1].relative_velocity));
+  EXPECT_EQ(end_effector["relative_angular_velocity"], numbers(end.end_effectors[1].relative_angular_velocity));
   const ImpactReport& impact = *result.impact;
   const json& grasp = summary["impact"]["grasps"][1];
   EXPECT_EQ(grasp["impulse"], numbers(impact.grasps[1].impulse));
@@ -373,7 +373,7 @@ TEST(Summary, TurnsNaNAndInfinityIntoNullAndBadTextIntoText) {
   EXPECT_EQ(summary["scenario"]["name"], "bad \xef\xbf\xbd text \"quoted\"\n");
 }
 
-TEST(Summary, KeepsKeysInOrderAndVectorsOnOneLine) {
+TEST(Summary, PreservesKeyOrderAndWritesVectorsOnOneLine) {
   const std::string text = summary_json(test::sample_result(), "1.2.3");
   EXPECT_LT(text.find("\"schema\""), text.find("\"approach\""));
   EXPECT_LT(text.find("\"approach\""), text.find("\"impact\""));

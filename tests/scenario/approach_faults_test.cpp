@@ -1,4 +1,4 @@
-// Every kind of fault in how a robot gets to its grasps, one at a time.
+// Input errors in approaches, one at a time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace approach_faults_test {
 
 class ApproachFault : public testing::TestWithParam<FaultCase> {};
 
-// The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
+// Messages are part of the interface: they state the location, the value, the allowed values and a suggestion.
 TEST_P(ApproachFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
@@ -21,7 +21,7 @@ Edit window(const std::string& text) {
           "  window: " + text + "\n  plan: {}"};
 }
 
-// A robot with one wheel. `more`: keys of it.
+// A robot with one wheel. `more`: further keys of the wheel.
 Edit with_wheel(const std::string& more) {
   return {"base: {mass: 100,",
           "wheels: [{name: w, axis: [0, 0, 1], inertia: 0.05, torque: 0.4" + more + "}]\n  base: {mass: 100,"};
@@ -74,17 +74,17 @@ const std::vector<FaultCase> kCases{
     {"capsule_with_size",
      {{"    grasp_points", "    geometry: {shape: capsule, radius: 1, length: 1, size: [1, 1, 1]}\n    grasp_points"}},
      {"scenario.yaml:26:54: error: 'size' in targets[0].geometry has no meaning with shape: capsule"}},
-    {"no_way_given",
-     {way("profile: quintic")},
+    {"no_motion_given",
+     {with_motion("profile: quintic")},
      {"scenario.yaml:31:3: error: missing key in approach: give 'final_joints', 'plan', 'trajectory' or 'pieces'"}},
-    {"two_ways_given",
-     {way("final_joints: [0.2, -0.4]\n  plan: {}")},
+    {"two_forms_given",
+     {with_motion("final_joints: [0.2, -0.4]\n  plan: {}")},
      {"scenario.yaml:33:3: error: approach has both 'final_joints' and 'plan', only one is allowed"}},
-    {"one_way_given_twice",
-     {way("plan: {}\n  plan: {}")},
+    {"one_form_given_twice",
+     {with_motion("plan: {}\n  plan: {}")},
      {"scenario.yaml:33:3: error: duplicate key 'plan' in approach; first given in line 32"}},
-    {"three_ways_given",
-     {way("trajectory: no.csv\n  plan: {}\n  final_joints: [0.2, -0.4]")},
+    {"three_forms_given",
+     {with_motion("trajectory: no.csv\n  plan: {}\n  final_joints: [0.2, -0.4]")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file",
       "scenario.yaml:33:3: error: approach has both 'trajectory' and 'plan', only one is allowed",
       "scenario.yaml:34:3: error: approach has both 'trajectory' and 'final_joints', only one is allowed"}},
@@ -92,10 +92,10 @@ const std::vector<FaultCase> kCases{
      {{"  duration: 20\n", ""}},
      {"scenario.yaml:31:3: error: 'final_joints' needs 'duration' in approach"}},
     {"plan_without_duration",
-     {{"  duration: 20\n", ""}, way("plan: {}")},
+     {{"  duration: 20\n", ""}, with_motion("plan: {}")},
      {"scenario.yaml:31:3: error: missing key in approach: give 'duration' or 'window'"}},
     {"window_beside_duration",
-     {way("plan: {}\n  window: {earliest: 5, latest: 20}")},
+     {with_motion("plan: {}\n  window: {earliest: 5, latest: 20}")},
      {"scenario.yaml:33:3: error: approach has both 'duration' and 'window', only one is allowed"}},
     {"window_without_plan",
      {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}},
@@ -110,7 +110,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:31:22: error: approach.window.earliest is 0, must be greater than 0 [s]",
       "scenario.yaml:31:43: error: approach.window.step is -1, must be at least 0 [s]",
       "scenario.yaml:31:55: error: unknown value 'sooner' for approach.window.choose; did you mean 'soonest'?"}},
-    {"window_the_wrong_way_round",
+    {"window_reversed",
      {window("{earliest: 20, latest: 5}")},
      {"scenario.yaml:31:34: error: approach.window.latest is 5 [s], must be greater than 20, earliest"}},
     {"window_of_too_many_times",
@@ -118,12 +118,12 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:31:43: error: approach.window.step is 0.001 [s], which makes 1.9e+04 times; at most 10000 are "
       "allowed"}},
     {"window_by_no_objective",
-     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}, way("plan: {objective: as_found}")},
+     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}, with_motion("plan: {objective: as_found}")},
      {"scenario.yaml:31:11: error: approach.window.choose: objective needs an objective, but approach.plan.objective "
       "is as_found; choose soonest or slowest, or another objective"}},
     {"window_with_a_straight_piece_too_long",
      {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"},
-      way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 5}"),
+      with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 5}"),
       with_tip("approach_axis: [1, 0, 0]"),
       with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:33:43: error: approach.straight_in.duration is 5 [s], must be less than approach.window.earliest, "
@@ -137,70 +137,72 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:63: error: grasps[0].closes_at is 16 [s], must be at most 15, the end of post_impact"}},
     {"window_with_rare_replanning",
      {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"},
-      way("profile: quintic\n  plan: {}\n  replan: {every: 5}")},
+      with_motion("profile: quintic\n  plan: {}\n  replan: {every: 5}")},
      {"scenario.yaml:34:19: error: approach.replan.every is 5 [s], must be less than 5, approach.window.earliest"}},
-    {"plan_empty", {way("plan:")}, {"scenario.yaml:32:3: error: approach.plan is empty, must be a mapping"}},
+    {"plan_empty", {with_motion("plan:")}, {"scenario.yaml:32:3: error: approach.plan is empty, must be a mapping"}},
     {"plan_without_grasps",
-     {way("plan: {}"),
+     {with_motion("plan: {}"),
       {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
      {"scenario.yaml:22:11: error: no grasp refers to target 'ball'; add a grasp or remove the target",
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is no point to reach"}},
     {"plan_unknown_measure",
-     {way("plan: {objective: nearby}")},
+     {with_motion("plan: {objective: nearby}")},
      {"scenario.yaml:32:21: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
       "limits, manipulability, as_found, effort, base_attitude, base_motion, clearance, impulse, impulse_index, "
       "wheel_momentum"}},
     {"plan_objective_and_weights",
-     {way("plan: {objective: effort, weights: {effort: 1}}")},
+     {with_motion("plan: {objective: effort, weights: {effort: 1}}")},
      {"scenario.yaml:32:29: error: approach.plan has both 'objective' and 'weights', only one is allowed"}},
     {"plan_weight_negative",
-     {way("plan: {weights: {effort: -1}}")},
+     {with_motion("plan: {weights: {effort: -1}}")},
      {"scenario.yaml:32:28: error: approach.plan.weights.effort is -1, must be at least 0 [1/(N m)^2]"}},
     {"plan_weights_of_nothing",
-     {way("plan: {weights: {effort: 0}}")},
+     {with_motion("plan: {weights: {effort: 0}}")},
      {"scenario.yaml:32:19: error: approach.plan.weights: all weights are zero; state a weight, or objective: "
       "as_found, which minimizes nothing"}},
     {"plan_nearest_weight_without_guess",
-     {way("plan: {weights: {nearest: 1}}")},
+     {with_motion("plan: {weights: {nearest: 1}}")},
      {"scenario.yaml:32:29: error: approach.plan.weights.nearest needs approach.plan.guess"}},
     {"plan_near_grasp_without_clearance",
-     {way("plan: {near_grasp: 1}")},
+     {with_motion("plan: {near_grasp: 1}")},
      {"scenario.yaml:32:10: error: 'near_grasp' needs 'clearance' in approach.plan"}},
     {"plan_clearance_switched_off",
-     {way("plan: {clearance: 0.1}\nclearance: {enabled: false}")},
+     {with_motion("plan: {clearance: 0.1}\nclearance: {enabled: false}")},
      {"scenario.yaml:32:21: error: approach.plan.clearance: 'clearance' is switched off, so no distances are "
       "evaluated"}},
     {"plan_clearance_wanted_and_switched_off",
-     {way("plan: {objective: clearance}\nclearance: {enabled: false}")},
+     {with_motion("plan: {objective: clearance}\nclearance: {enabled: false}")},
      {"scenario.yaml:32:21: error: approach.plan.objective: clearance: 'clearance' is switched off, so no distances "
       "are evaluated"}},
     {"plan_impulse_at_the_stand_off",
      {with_point("approach_direction: [1, 0, 0]"), with_tip("approach_axis: [1, 0, 0]"),
-      way("plan: {weights: {impulse: 1}}\n  straight_in: {stand_off: 0.2, duration: 2}")},
+      with_motion("plan: {weights: {impulse: 1}}\n  straight_in: {stand_off: 0.2, duration: 2}")},
      {"scenario.yaml:32:19: error: approach.plan.weights.impulse: the plan ends at the stand-off "
       "of straight_in, where no grasp closes; leave out one of them"}},
     {"plan_turn_none",
-     {way("plan: {base_turn: 0}")},
+     {with_motion("plan: {base_turn: 0}")},
      {"scenario.yaml:32:21: error: approach.plan.base_turn is 0, must be greater than 0 [rad]"}},
     {"plan_wheel_budget_without_wheels",
-     {way("plan: {wheel_momentum: 0.5}")},
+     {with_motion("plan: {wheel_momentum: 0.5}")},
      {"scenario.yaml:32:26: error: approach.plan.wheel_momentum needs wheels that control the base's attitude: wheels: "
       "[...] in the robot file, and approach.base_control that uses them"}},
     {"plan_wheel_budget_without_base_control",
-     {with_wheel(", rate: 400"), way("plan: {objective: wheel_momentum}")},
+     {with_wheel(", rate: 400"), with_motion("plan: {objective: wheel_momentum}")},
      {"scenario.yaml:33:21: error: approach.plan.objective: wheel_momentum needs wheels that control the base's "
       "attitude: "
       "wheels: [...] in the robot file, and approach.base_control that uses them"}},
     {"plan_wheel_budget_of_wheels_without_rates",
      {with_wheel(""),
-      way("plan: {wheel_momentum: 1.5, weights: {wheel_momentum: 1}}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1]}")},
+      with_motion(
+          "plan: {wheel_momentum: 1.5, weights: {wheel_momentum: 1}}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1]}")},
      {"scenario.yaml:33:26: error: approach.plan.wheel_momentum is 1.5, must be greater than 0 and at most 1 [1]",
       "scenario.yaml:33:26: error: approach.plan.wheel_momentum: wheel 'w' has no maximum rate ('rate' in the robot "
       "file), so its momentum is unlimited"}},
     {"plan_wheel_budget_and_dumping",
      {with_wheel(", rate: 400"),
-      way("plan: {wheel_momentum: 0.5}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 2, below: 1, "
+      with_motion(
+          "plan: {wheel_momentum: 0.5}\n  base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 2, below: 1, "
           "torque: 1}}\ncontrol: {period: 0.1}")},
      {"scenario.yaml:33:26: error: approach.plan.wheel_momentum: a plan cannot include thrusters that dump the wheels' "
       "momentum "
@@ -208,31 +210,31 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:34:48: error: approach.base_control.dumping: the robot has no thrusters (thrusters: [...] in the "
       "robot file)"}},
     {"plan_knots_too_many",
-     {way("plan: {knots: 31}")},
+     {with_motion("plan: {knots: 31}")},
      {"scenario.yaml:32:17: error: approach.plan.knots is 31, must be between 0 and 30"}},
     {"plan_nearest_without_guess",
-     {way("plan: {objective: nearest}")},
+     {with_motion("plan: {objective: nearest}")},
      {"scenario.yaml:32:9: error: missing key 'guess' in approach.plan, needed with objective: nearest"}},
     {"plan_guess_beyond_limit",
-     {way("plan: {guess: {shoulder: 3, elbow: 0}}")},
+     {with_motion("plan: {guess: {shoulder: 3, elbow: 0}}")},
      {"scenario.yaml:32:28: error: approach.plan.guess.shoulder is 3, beyond the joint's limits -2 to 2"}},
     {"plan_guess_of_one",
-     {way("plan: {guess: {elbow: 0}}")},
+     {with_motion("plan: {guess: {elbow: 0}}")},
      {"scenario.yaml:32:17: error: approach.plan.guess lacks joints: shoulder"}},
     {"plan_starts_none",
-     {way("plan: {starts: 0}")},
+     {with_motion("plan: {starts: 0}")},
      {"scenario.yaml:32:18: error: approach.plan.starts is 0, must be between 1 and 1000"}},
     {"plan_starts_too_many",
-     {way("plan: {starts: 1001}")},
+     {with_motion("plan: {starts: 1001}")},
      {"scenario.yaml:32:18: error: approach.plan.starts is 1001, must be between 1 and 1000"}},
     {"plan_starts_not_whole",
-     {way("plan: {starts: 2.5}")},
+     {with_motion("plan: {starts: 2.5}")},
      {"scenario.yaml:32:18: error: approach.plan.starts must be a whole number, not 2.5"}},
     {"plan_seed_negative",
-     {way("plan: {seed: -1}")},
+     {with_motion("plan: {seed: -1}")},
      {"scenario.yaml:32:16: error: approach.plan.seed is -1, must be between 0 and 9007199254740991"}},
     {"plan_seed_inexact",
-     {way("plan: {seed: 9007199254740993}")},
+     {with_motion("plan: {seed: 9007199254740993}")},
      {"scenario.yaml:32:16: error: approach.plan.seed is 9007199254740993, must be between 0 and 9007199254740991"}},
     {"waypoint_without_time",
      {with_approach("waypoints: [{joints: [0, 0]}]")},
@@ -296,7 +298,7 @@ const std::vector<FaultCase> kCases{
       {"  duration: 20", "  profile: quintic\n  duration: 20"}},
      {"scenario.yaml:35:46: error: missing key 'position' in approach.waypoints[0].end_effectors.tip"}},
     {"waypoint_in_the_straight_piece",
-     {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 4}\n  waypoints: [{time: 16, joints: [0, 0]}]"),
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 4}\n  waypoints: [{time: 16, joints: [0, 0]}]"),
       with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:34:22: error: approach.waypoints[0].time is 16 [s], must be less than 16, where straight_in "
       "begins"}},
@@ -307,26 +309,26 @@ const std::vector<FaultCase> kCases{
       with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:33:3: error: 'straight_in' needs 'plan' in approach"}},
     {"straight_in_without_direction",
-     {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}")},
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}")},
      {"scenario.yaml:33:3: error: approach.straight_in needs an 'approach_direction' at grasp point 'grip' of target "
       "'ball'"}},
     {"straight_in_with_rates",
-     {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}\n  final_rates: [0, 0]"),
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}\n  final_rates: [0, 0]"),
       with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:34:3: error: 'final_rates' in approach has no meaning with straight_in: the rates follow from "
       "straight_in"}},
     {"straight_in_too_long",
-     {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 20}"), with_tip("approach_axis: [1, 0, 0]"),
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 20}"), with_tip("approach_axis: [1, 0, 0]"),
       with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:33:43: error: approach.straight_in.duration is 20 [s], must be less than the approach's 20"}},
     {"straight_in_out_of_range",
-     {way("plan: {}\n  straight_in: {stand_off: 0, duration: 0, final_speed: -1}"),
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0, duration: 0, final_speed: -1}"),
       with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:33:28: error: approach.straight_in.stand_off is 0, must be greater than 0 [m]",
       "scenario.yaml:33:41: error: approach.straight_in.duration is 0, must be greater than 0 [s]",
       "scenario.yaml:33:57: error: approach.straight_in.final_speed is -1, must be at least 0 [m/s]"}},
     {"straight_in_lacks_all",
-     {way("plan: {}\n  straight_in: {}"), with_tip("approach_axis: [1, 0, 0]"),
+     {with_motion("plan: {}\n  straight_in: {}"), with_tip("approach_axis: [1, 0, 0]"),
       with_point("approach_direction: [0, -1, 0]")},
      {"scenario.yaml:33:16: error: missing key 'stand_off' in approach.straight_in",
       "scenario.yaml:33:16: error: missing key 'duration' in approach.straight_in"}},
@@ -408,9 +410,10 @@ const std::vector<FaultCase> kCases{
        ""},
       {"\nimpact: {duration: 1e-3}\npost_impact: {duration: 10}", ""}},
      {"scenario.yaml:24:15: error: approach.capture_at: envelope needs 'grasps': there is no point to close on"}},
-    {"trajectory_with_what_it_says_itself",
-     {way("trajectory: no.csv\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  straight_in: {stand_off: "
-          "1, duration: 1}")},
+    {"trajectory_with_redundant_keys",
+     {with_motion(
+         "trajectory: no.csv\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  straight_in: {stand_off: "
+         "1, duration: 1}")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file",
       "scenario.yaml:33:3: error: 'profile' in approach has no meaning with trajectory: the file gives the joint "
       "values at all times",
@@ -424,10 +427,10 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:36:3: error: approach.straight_in needs an 'approach_direction' at grasp point 'grip' of target "
       "'ball'"}},
     {"trajectory_missing",
-     {way("trajectory: no.csv")},
+     {with_motion("trajectory: no.csv")},
      {"scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file"}},
     {"trajectory_of_wrong_type",
-     {way("trajectory: [1]")},
+     {with_motion("trajectory: [1]")},
      {"scenario.yaml:32:15: error: approach.trajectory must be text, not a list"}},
 };
 

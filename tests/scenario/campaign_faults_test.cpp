@@ -12,7 +12,7 @@ namespace campaign_faults_test {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Texts of all faults, without the folder.
+// Messages of all errors, without the folder.
 std::vector<std::string> faults_of(const std::string& text) {
   const test::TemporaryFolder folder;
   std::vector<std::string> texts;
@@ -35,7 +35,7 @@ std::string head(const std::string& scenario = "scenarios/thesis/open-loop-case-
 }
 const std::string kMass = "  - {path: targets.target-1.mass, as: factor, uniform: {from: 0.8, to: 1.2}}\n";
 
-// The fault of one uncertain value, in line 5.
+// Expects this error for one uncertain value, in line 5.
 void expect(const std::string& entry, const std::string& fault) {
   EXPECT_THAT(faults_of(head() + "  - " + entry + "\n"), ElementsAre(HasSubstr(fault))) << entry;
 }
@@ -86,8 +86,10 @@ TEST(CampaignFaults, OfOneUncertainValue) {
          "uncertain[0]: the value at targets.target-1.com is 0, which a factor does not change");
   expect("{path: targets.target-1.geometry, as: factor, normal: {deviation: 0.1}}",
          "uncertain[0]: the scenario has a mapping at targets.target-1.geometry, not a number");
-  expect("{path: approach.tracking.noise.seed, as: offset, normal: {deviation: 0.1}}",
-         "uncertain[0]: the scenario has no value at approach.tracking.noise.seed for a relative value");
+  expect(
+      "{path: approach.tracking.noise.seed, as: offset, normal: {deviation: 0.1}}",
+      "uncertain[0]: factor, offset and tilt require a value at approach.tracking.noise.seed, which the scenario does "
+      "not have");
   expect("{path: targets.target-1.mass, as: factor, integers: {from: 1, to: 2}}",
          "uncertain[0]: integers are values, not factors or offsets");
   expect("{path: targets.target-1.mass, integers: {from: 3, to: 2}}", "uncertain[0]: integers.from is 3, must be less");
@@ -126,9 +128,9 @@ TEST(CampaignFaults, OfMisspeltPaths) {
     misspelt("approach.trackin.kp", "unknown key 'trackin' in approach; did you mean 'tracking'?");
     misspelt("robot.base.mas", "unknown key 'mas' in robot.base; did you mean 'mass'?");
   }
-  // What there is but the scenario has not is no slip.
+  // A valid path without a value in the scenario is not reported as a misspelling.
   expect("{path: initial.base.velocity, as: offset, normal: {deviation: 0.1}}",
-         "the scenario has no value at initial.base.velocity for a relative value");
+         "factor, offset and tilt require a value at initial.base.velocity, which the scenario does not have");
   expect("{path: targets.target-1.inertia.zz, as: factor, uniform: {from: 0.9, to: 1.1}}",
          "campaign.yaml:5:12: error: no item 'zz' in targets.target-1.inertia, a list whose items have no names: they "
          "are [0] to [2]");
@@ -151,7 +153,7 @@ TEST(CampaignFaults, OfIntervalsWithoutProbability) {
          "normal.mean is 1 and its deviation 0, which is not between 2 and 3");
   expect("{path: targets.target-1.state.velocity, sphere: {length: {normal: {mean: 1, deviation: 0.01, from: 2}}}}",
          "sphere.length.normal.from is 2, 100 deviations above the mean, 1; beyond");
-  // Far away, but there.
+  // A remote interval with nonzero probability is accepted.
   EXPECT_THAT(faults_of(head() + "  - " + factor("normal: {deviation: 0.01, from: 1.36, to: 3}") + "\n"),
               ElementsAre());
 }
@@ -164,10 +166,10 @@ TEST(CampaignFaults, OfLengthsBelowZero) {
   expect(length("{uniform: {from: -0.1, to: 0.1}}"), "sphere.length.uniform.from is -0.1, must be at least 0");
   expect(length("{normal: {mean: 0.1, deviation: 0.1, from: -0.1}}"), "sphere.length.normal.from is -0.1, must be at");
   expect(length("{normal: {mean: -0.1, deviation: 0}}"), "sphere.length.normal.mean is -0.1, must be at least 0");
-  const std::string asks =
+  const std::string message =
       "sphere.length.normal has mean 0.1 and deviation 0.02, which gives lengths below 0; add from: 0";
-  expect(length("{normal: {mean: 0.1, deviation: 0.02}}"), asks);
-  expect(length("{normal: {mean: 0.1, deviation: 0.02, to: 0.2}}"), asks);
+  expect(length("{normal: {mean: 0.1, deviation: 0.02}}"), message);
+  expect(length("{normal: {mean: 0.1, deviation: 0.02, to: 0.2}}"), message);
   for (const std::string well :
        {"0.1", "{normal: {mean: 0.1, deviation: 0.01}}", "{uniform: {from: 0, to: 0.1}}",
         "{normal: {mean: 0.1, deviation: 0.1, from: 0}}", "{log_normal: {median: 0.1, deviation: 2, to: 0.2}}"})
@@ -193,19 +195,20 @@ TEST(CampaignFaults, OfChoicesAndCovariances) {
 
 TEST(CampaignFaults, TwiceTheSamePlace) {
   EXPECT_THAT(faults_of(head() + kMass + kMass),
-              ElementsAre(HasSubstr("campaign.yaml:6:12: error: uncertain[1] draws targets.target-1.mass, and "
-                                    "uncertain[0] does too")));
+              ElementsAre(HasSubstr("campaign.yaml:6:12: error: uncertain[1] and uncertain[0] both draw "
+                                    "targets.target-1.mass")));
   EXPECT_THAT(faults_of(head() + "  - {path: targets.target-1.inertia, as: factor, uniform: {from: 0.9, to: 1}}\n"
                                  "  - {path: 'targets.target-1.inertia[0]', uniform: {from: 0.9, to: 1}}\n"),
               ElementsAre(HasSubstr("uncertain[1] draws targets.target-1.inertia[0], and uncertain[0] draws "
                                     "targets.target-1.inertia, which contains it")));
 }
 
-// By index and by name it is the same place.
+// Paths by index and by name denote the same value.
 TEST(CampaignFaults, TwiceTheSamePlaceByOtherNames) {
-  EXPECT_THAT(faults_of(head() + kMass + "  - {path: 'targets[0].mass', uniform: {from: 9, to: 11}}\n"),
-              ElementsAre(HasSubstr("campaign.yaml:6:12: error: uncertain[1] draws targets[0].mass, and uncertain[0] "
-                                    "does too, as targets.target-1.mass")));
+  EXPECT_THAT(
+      faults_of(head() + kMass + "  - {path: 'targets[0].mass', uniform: {from: 9, to: 11}}\n"),
+      ElementsAre(HasSubstr("campaign.yaml:6:12: error: uncertain[1] and uncertain[0] both draw targets[0].mass, "
+                            "also named targets.target-1.mass")));
   const std::string part = "  - {path: 'targets[0].state.angular_velocity[2]', uniform: {from: 0.1, to: 0.2}}\n",
                     whole = "  - {path: targets.target-1.state.angular_velocity, tilt: {deviation: 0.1}}\n";
   EXPECT_THAT(faults_of(head() + whole + part),
@@ -218,10 +221,10 @@ TEST(CampaignFaults, TwiceTheSamePlaceByOtherNames) {
   EXPECT_THAT(faults_of(head() + "  - {path: 'targets[1].state', rotation: uniform}\n"
                                  "  - {path: targets.target-2.state.quaternion_wxyz, discrete: {values: [[1, 0, 0, "
                                  "0]]}}\n"),
-              ElementsAre(HasSubstr("and uncertain[0] does too, as targets[1].state.quaternion_wxyz")));
+              ElementsAre(HasSubstr(", also named targets[1].state.quaternion_wxyz")));
   EXPECT_THAT(faults_of(head() + "  - {paths: [targets.target-1.mass, 'targets[0].mass'], as: offset, normal: "
                                  "{covariance: [[1, 0], [0, 1]]}}\n"),
-              ElementsAre(HasSubstr("uncertain[0] draws targets[0].mass, and uncertain[0] does too")));
+              ElementsAre(HasSubstr("uncertain[0] draws targets[0].mass twice, also named targets.target-1.mass")));
   EXPECT_THAT(faults_of(head() + kMass + "  - {path: 'targets[1].mass', uniform: {from: 9, to: 11}}\n"), ElementsAre());
 }
 
@@ -254,7 +257,7 @@ TEST(CampaignFaults, OfTheDesign) {
                           HasSubstr("campaign.yaml:7:47: error: targets[1].mass is -1, must be greater than 0")));
 }
 
-// Axes whose values never come to anything.
+// Design axes whose values have no effect.
 TEST(CampaignFaults, OfADesignWithoutEffect) {
   const auto with = [](const std::string& uncertain, const std::string& design) {
     return faults_of("plan: per_case\n" + head() + "  - " + uncertain + "\ndesign:\n" + design);
@@ -264,18 +267,18 @@ TEST(CampaignFaults, OfADesignWithoutEffect) {
                     labelled =
                         "  - {name: a, values: [{label: x, set: {'targets[0].state.angular_velocity': [0, 0, 1]}}, "
                         "{label: y, set: {'targets[0].state.angular_velocity[0]': 1}}]}\n",
-                    asks = " draws another value in its place for every case; draw it as: factor or as: offset";
+                    message = " draws another value in its place for every case; draw it as: factor or as: offset";
   EXPECT_THAT(
       with(value, part),
       ElementsAre(HasSubstr("campaign.yaml:8:5: error: design[0] varies 'targets[0].state.angular_velocity[2]', but "
                             "uncertain[0]" +
-                            asks)));
-  EXPECT_THAT(with(value, labelled), ElementsAre(HasSubstr("design[0] varies 'a', but uncertain[0]" + asks)));
+                            message)));
+  EXPECT_THAT(with(value, labelled), ElementsAre(HasSubstr("design[0] varies 'a', but uncertain[0]" + message)));
   EXPECT_THAT(with("{path: targets.target-1.mass, uniform: {from: 9, to: 11}}",
                    "  - {path: 'targets[0].mass', from: 8, to: 12, count: " +
                        std::string(test::kSanitized ? "10000" : "1000000") + "}\n"),
-              ElementsAre(HasSubstr(asks)));
-  // A factor is on the design's value, the rest of a vector stays, and a plan is for what the design says.
+              ElementsAre(HasSubstr(message)));
+  // Accepted: a factor of the design value, one component of a design vector, and a nominal plan for each design value.
   EXPECT_THAT(with("{path: targets.target-1.mass, as: factor, uniform: {from: 0.9, to: 1.1}}",
                    "  - {path: 'targets[0].mass', values: [9, 10]}\n"),
               ElementsAre());
@@ -294,9 +297,10 @@ TEST(CampaignFaults, OfADesignTwiceTheSamePlace) {
   };
   const std::string whole = "targets.target-1.state.angular_velocity', values: [[0, 0, 0], [0, 0, 0.1]]",
                     part = "targets[0].state.angular_velocity[0]', values: [0, 0.1]";
-  EXPECT_THAT(axes("targets[0].mass', values: [9, 10]", "targets.target-1.mass', values: [9, 10]"),
-              ElementsAre(HasSubstr("campaign.yaml:8:5: error: design[1] varies targets.target-1.mass, and design[0] "
-                                    "does too, as targets[0].mass")));
+  EXPECT_THAT(
+      axes("targets[0].mass', values: [9, 10]", "targets.target-1.mass', values: [9, 10]"),
+      ElementsAre(HasSubstr("campaign.yaml:8:5: error: design[1] and design[0] both vary targets.target-1.mass, "
+                            "also named targets[0].mass")));
   EXPECT_THAT(axes(part, whole),
               ElementsAre(HasSubstr("design[1] varies targets.target-1.state.angular_velocity, and design[0] varies "
                                     "targets[0].state.angular_velocity[0], a part of it")));

@@ -17,7 +17,7 @@
 namespace grapnel {
 namespace campaign_setter_test {
 
-// A scenario with changes, as a tree with the schema's defaults and as the problem that the reader makes of it.
+// A scenario with changes: its tree with the schema's defaults, and the problem from the reader.
 class Base {
  public:
   Base(const std::string& scenario, const std::vector<std::pair<std::string, std::string>>& set)
@@ -51,7 +51,7 @@ class Base {
   std::vector<Change> changes_;
 };
 
-// The setter exists, changes the problem, and does what the reader does, to the last bit.
+// Expects a setter that changes the problem and agrees with the reader bit for bit.
 void expect_set(Base& base, const std::string& path, const std::vector<double>& numbers) {
   SCOPED_TRACE(path);
   const auto form = value_at(base.tree, path);
@@ -130,8 +130,7 @@ TEST(ProblemSetter, MatchesTheReader) {
   expect_set(base, "approach.tracking.noise.seed", 1, 5);
   expect_set(base, "targets.target-2.com", 1, 0.01);
   expect_set(base, "gravity", 1, 0.25);
-  // Unit quaternions only within 1e-6 of length 1; what is a little off is normalised alike.
-  // What is a little off length 1 is normalised alike.
+  // Quaternions must have length 1 within 1e-6; the setter and the reader normalise them equally.
   const std::vector<double> q{0.5, 0.5, -0.5, 0.5 + 1e-7};
   for (const char* path : {"targets.target-1.state.quaternion_wxyz",
                            "targets.target-1.grasp_points.grip.quaternion_wxyz", "initial.base.quaternion_wxyz"})
@@ -156,7 +155,7 @@ TEST(ProblemSetter, OfImpactLaws) {
   expect_set(momentum, "contact.largest_gap");
 }
 
-// What the reader may refuse is left to it.
+// The setter declines values that the reader may reject.
 TEST(ProblemSetter, LeavesDoubtfulValuesToTheReader) {
   const Base base = thesis();
   const auto refuses = [&](const std::string& path, const std::vector<double>& numbers) {
@@ -180,7 +179,7 @@ TEST(ProblemSetter, LeavesDoubtfulValuesToTheReader) {
   refuses("integration.relative_tolerance", {0});
 }
 
-// What must agree with something else that the file says, or means nothing by itself.
+// There is no setter for values that must agree with other keys or have no meaning alone.
 TEST(ProblemSetter, KnowsItsLimits) {
   const Base base = thesis();
   for (const char* path : {"targets.target-1.state.quaternion_wxyz[0]", "initial.joint_rates", "name"}) {
@@ -198,9 +197,8 @@ void collect_numbers(const Node& node, const std::string& path, std::vector<std:
     collect_numbers(entry.value, path.empty() ? entry.key : path + "." + entry.key, paths);
 }
 
-// Whether only reading can know what a changed number here does: a part of an orientation, a matrix, a motion that is
-// stated piece by piece, the instants of a table, an array that stands for a list of actuators, what other keys must
-// agree with.
+// Whether a changed number requires reading the scenario again: a part of an orientation, a matrix, a piecewise motion,
+// the instants of a table, an actuator array, a value that must agree with other keys.
 bool is_left_to_the_reader(const std::string& path, const CaptureProblem& problem) {
   const auto has = [&](const char* part) { return path.find(part) != std::string::npos; };
   const bool is_stated = problem.approach && (problem.approach->sampled || !problem.approach->pieces.empty());
@@ -208,7 +206,7 @@ bool is_left_to_the_reader(const std::string& path, const CaptureProblem& proble
          has("inertia[") || (is_stated && (has("initial.joint") || path == "approach.duration" || has(".limits")));
 }
 
-// Every number of every scenario shipped can be set in place, and then the problem is what the reader makes of it.
+// Every number of every shipped scenario can be set in place and gives the same problem as the reader.
 TEST(ProblemSetter, OfEveryNumberShipped) {
   SKIP_UNDER_SANITIZERS();
   std::size_t count = 0, set_in_place = 0;
@@ -230,7 +228,7 @@ TEST(ProblemSetter, OfEveryNumberShipped) {
         continue;
       }
       ++count;
-      // Every key of every file; of what differs by an index only, some.
+      // Every key of every file, but only some of the paths that differ by an index.
       std::string kind = path;
       std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
       if (!seen.insert(kind + (count % 7 == 0 ? name : "")).second) continue;

@@ -33,13 +33,13 @@ Campaign load(const test::TemporaryFolder& folder, const std::string& text) {
   }
 }
 
-// What a campaign's text of a case reads back as.
+// Reads back the scenario text that the campaign writes for a case.
 CaptureProblem read_back(const test::TemporaryFolder& folder, const Campaign& campaign, std::uint64_t k) {
   const auto place = folder.path() / "case.yaml";
   return load_scenario(folder.write("case.yaml", campaign.scenario_text(k, place, "a comment")));
 }
 
-// The problem by the quick way is the one that its own scenario file gives, to the last bit.
+// Setting values in place gives the same problem, bit for bit, as reading the scenario file of the case.
 void expect_read_back(const std::string& text, std::uint64_t cases = 5) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(folder, text);
@@ -99,7 +99,7 @@ TEST(Campaign, ACaseIsAFunctionOfItsNumber) {
     for (std::uint64_t k = 0; k < kDrawn; ++k) forward.push_back(one.draw(k)[0]);
     for (std::uint64_t k = kDrawn; k-- > 0;) EXPECT_EQ(two.draw(k)[0], forward[k]);
     EXPECT_EQ(one.sha256, two.sha256);
-    EXPECT_NO_THROW(one.problem(123456));  // beyond the file's: an extended campaign
+    EXPECT_NO_THROW(one.problem(123456));  // beyond the file's cases, as in an extended campaign
   }
 }
 
@@ -122,7 +122,7 @@ TEST(Campaign, ThePlanIsMadeOnce) {
   EXPECT_EQ(anew.plan, CampaignPlan::per_case);
 }
 
-// With it the time of capture is chosen once, and stated from then on.
+// The nominal plan chooses the capture time once; all cases use this time.
 TEST(Campaign, TheTimeOfCaptureIsChosenOnce) {
   SKIP_UNDER_SANITIZERS();
   const test::TemporaryFolder folder;
@@ -144,8 +144,8 @@ TEST(Campaign, TheTimeOfCaptureIsChosenOnce) {
   EXPECT_EQ(stated.approach->final_position, plan.report.final_position);
 }
 
-// The frozen plan is the same approach: where nothing differs from what was planned for, the run is the same.
-// Returns the largest difference, relative to values above 1.
+// The frozen plan gives the same approach, so a case with nominal values gives the same results. Returns the largest
+// difference, relative to values above 1.
 double difference_of_plans(const std::string& text) {
   const test::TemporaryFolder folder;
   const Campaign once = load(folder, text), anew = load(folder, text + "plan: per_case\n");
@@ -165,14 +165,14 @@ double difference_of_plans(const std::string& text) {
   return difference;
 }
 
-TEST(Campaign, AFrozenPlanFliesTheSame) {
+TEST(Campaign, AFrozenPlanReproducesTheSimulation) {
   EXPECT_LT(difference_of_plans(head() + "simulate: impact\nuncertain:\n"
                                          "  - {path: targets.target-1.mass, discrete: {values: [10]}}\n"),
             1e-10);
 }
 
-// One that goes straight in becomes pieces.
-TEST(Campaign, FrozenStraightInApproachGivesTheSameMotion) {
+// A plan with a straight final approach becomes a piecewise approach.
+TEST(Campaign, FrozenStraightInApproachReproducesTheMotion) {
   SKIP_UNDER_SANITIZERS();
   for (const std::string profile : {"quartic", "quintic", "cycloidal"}) {
     const double difference = difference_of_plans(
@@ -240,7 +240,7 @@ TEST(Campaign, SettersMatchTheReader) {
                    "uncertain:\n  - {path: targets.target-1.mass, as: factor, normal: {deviation: 0.1}}\n");
 }
 
-// Values without a setter are read again, with the same cases.
+// For values without a setter the scenario is read again; the cases are the same.
 TEST(Campaign, EveryPathWorks) {
   expect_read_back(head() +
                        "uncertain:\n"
@@ -251,7 +251,7 @@ TEST(Campaign, EveryPathWorks) {
                    3);
 }
 
-// A joint's value is in rad or in m, whichever it is.
+// The unit of a joint's value is rad or m, depending on the joint type.
 TEST(Campaign, UnitsOfJoints) {
   const test::TemporaryFolder folder;
   const auto units = [&](const std::string& joints, const std::string& uncertain, const std::string& type) {
@@ -329,7 +329,7 @@ TEST(Campaign, ADesignHasTheSameSampleAtAllItsPoints) {
   EXPECT_TRUE(problem_bytes(problem) == problem_bytes(read));
 }
 
-// A design that replaces an uncertain value by a value of another form: those cases fail with a reason.
+// A design value of another form than the uncertain value: its cases fail with a reason.
 TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
@@ -373,7 +373,7 @@ TEST(Campaign, StoresColumnsReadBySuccess) {
   EXPECT_EQ(campaign.time_limit, 2);
 }
 
-// A case whose values no scenario may have is refused with the reader's words, by whichever way.
+// A case with invalid values is rejected with the reader's message, with or without a setter.
 TEST(Campaign, FailedCaseHasAReason) {
   const test::TemporaryFolder folder;
   const Campaign campaign =
@@ -397,7 +397,7 @@ TEST(Campaign, FailedCaseHasAReason) {
   EXPECT_TRUE(faulty > 5 && faulty < 100) << faulty;
 }
 
-// One number for a list is for every item of it; that is more than a setter of the list knows.
+// One number in place of a list applies to every item; the setter of the list does not support this.
 TEST(Campaign, ChoicesOfNumbersMayReplaceLists) {
   const std::string gains = head() + "set: {approach.tracking: {mode: pd, kp: [49, 49, 49, 49, 49, 49], kd: 14}}\n";
   const test::TemporaryFolder folder;
@@ -418,7 +418,7 @@ TEST(Campaign, ChoicesThatAreNoFiniteNumbersAreRefused) {
   }
 }
 
-TEST(Campaign, PlanKeepsJointNames) {
+TEST(Campaign, PlanPreservesJointNames) {
   const test::TemporaryFolder folder;
   const Campaign campaign = load(
       folder, head("scenarios/thesis/open-loop-case-1.yaml") +
@@ -430,8 +430,8 @@ TEST(Campaign, PlanKeepsJointNames) {
   EXPECT_EQ(campaign.problem(1).problem.approach->final_position[1], 0.2);
 }
 
-// Planning warns of rates beyond a limit; stated ones would be refused.
-TEST(Campaign, APlanThatIsTooFastIsFlownAsPlanned) {
+// Planned rates above a limit give a warning; stated rates above a limit are rejected.
+TEST(Campaign, APlanThatIsTooFastIsSimulatedAsPlanned) {
   const test::TemporaryFolder folder;
   const std::string limits = "{lower: -6, upper: 6, rate: 0.001}";
   const Campaign campaign =
@@ -443,7 +443,7 @@ TEST(Campaign, APlanThatIsTooFastIsFlownAsPlanned) {
   EXPECT_FALSE(problem.approach->plan);
 }
 
-// A search that finds nothing is as long as one that does: it is made once.
+// A failed plan search takes as long as a successful one, so it runs only once.
 TEST(Campaign, APointThatCannotBePlannedIsKnownAfterwards) {
   SKIP_UNDER_SANITIZERS();
   const test::TemporaryFolder folder;

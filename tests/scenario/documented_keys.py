@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SUPERSCRIPTS = {"²": "^2", "³": "^3"}
-# Keys described by a sentence, or by a separate kind of table; those of motion are those of post_impact.
+# Keys described in the text or in another kind of table; the keys of motion equal those of post_impact.
 ELSEWHERE = re.compile(r"^motion\.|(^|\.)(position|quaternion_wxyz|rpy|geometry\.\w+|robot\.\w.*)$|\.inertia\.\w+$|origin\.|\.momentum$"
                        r"|(^|\.)(tracking|noise|straight_in|state|limits|friction|rating|contact|grasp|time|base|joint|origin)$")
 

@@ -1,4 +1,4 @@
-// Files that cannot be read, are no YAML, or are made to harm.
+// Unreadable, non-YAML and malicious files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -55,7 +55,7 @@ TEST(FileFaults, Huge) {
   const auto path = folder.write("huge.yaml", "name: x\n");
   std::filesystem::resize_file(path, (16u << 20) + 1);  // sparse
   EXPECT_THAT(faults_of_file(path), ElementsAre("huge.yaml: error: cannot read the file: it is larger than 16 MB"));
-  // A device has no size; reading stops.
+  // A device has no size; reading stops at the size limit.
   EXPECT_THAT(faults_of_file("/dev/zero"), ElementsAre("zero: error: cannot read the file: it is larger than 16 MB"));
 }
 

@@ -1,5 +1,4 @@
-// Grasps at different times, releases, impact laws and how loops are kept closed: what the keys become, and every kind
-// of fault in them.
+// Grasp times, releases, impact laws and loop closure: values of the keys, and input errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,14 +46,14 @@ TEST(LoadGrasps, CloseTogetherByDefault) {
   EXPECT_EQ(p.integration.baumgarte_time, IntegrationSetup{}.baumgarte_time);
 }
 
-TEST(LoadGrasps, TimesOfTheirOwn) {
+TEST(LoadGrasps, IndividualTimes) {
   const CaptureProblem p = load({with_knee(), with_knee_grasp("closes_at: 25.5")});
   EXPECT_EQ(p.grasps[0].closes, Closes::together);
   EXPECT_EQ(p.grasps[1].closes, Closes::at_time);
   EXPECT_EQ(p.grasps[1].closes_at, 25.5);
   EXPECT_EQ(load({with_knee(), with_knee_grasp("closes_on_arrival: true")}).grasps[1].closes, Closes::on_arrival);
 
-  // Early, as late as can be, and all of them.
+  // An early time, the latest allowed time, and separate times for all grasps.
   EXPECT_EQ(load({with_grasp("closes_at: 1e-3")}).grasps[0].closes_at, 1e-3);
   EXPECT_EQ(load({with_grasp("closes_at: 30")}).grasps[0].closes_at, 30);
   const CaptureProblem all =
@@ -62,7 +61,7 @@ TEST(LoadGrasps, TimesOfTheirOwn) {
   EXPECT_EQ(all.grasps[0].closes, Closes::at_time);
   EXPECT_EQ(all.grasps[1].closes, Closes::on_arrival);
 
-  // In the approach alone, and after an impact that the scenario begins with.
+  // During an approach without a post-impact phase, and after an initial impact.
   EXPECT_EQ(load({with_grasp("closes_at: 20"), {"post_impact: {duration: 10}\n", ""}}).grasps[0].closes_at, 20);
   EXPECT_EQ(load({with_grasp("closes_at: 10"), without_approach()}).grasps[0].closes_at, 10);
 }
@@ -102,7 +101,7 @@ TEST(LoadGrasps, LawsAndLoops) {
   EXPECT_EQ(load({with_top("integration: {loops: projection}")}).integration.loops, Loops::projection);
 }
 
-// Several grasps of one target, whatever follows and wherever the target is put.
+// Several grasps of one target, with a post-impact phase and a moved target.
 TEST(LoadGrasps, SharedTargets) {
   const CaptureProblem p = load({with_knee(), with_knee_grasp(), with_top("contact: {gap: translate_target}")});
   EXPECT_EQ(p.contact.gap, ContactSetup::Gap::translate_target);
@@ -110,7 +109,7 @@ TEST(LoadGrasps, SharedTargets) {
   EXPECT_TRUE(p.post_impact);
 }
 
-// Across what gap a grasp without an envelope may hold: a distance, or any.
+// The largest gap for a grasp without an envelope: a distance or any.
 TEST(LoadGrasps, LargestGap) {
   EXPECT_FALSE(load({}).contact.largest_gap);
   EXPECT_EQ(load({with_top("contact: {largest_gap: 0.25}")}).contact.largest_gap, 0.25);
@@ -125,7 +124,7 @@ TEST(LoadGrasps, LargestGap) {
 
 class GraspFault : public testing::TestWithParam<FaultCase> {};
 
-// The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
+// Messages are part of the interface: they state the location, the value, the allowed values and a suggestion.
 TEST_P(GraspFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
@@ -227,7 +226,7 @@ const std::vector<FaultCase> kCases{
     {"release_is_a_mapping",
      {with_post_impact("release: {after: 5}")},
      {"scenario.yaml:35:38: error: post_impact.release must be a list, not a mapping"}},
-    // Which of the grasps is misspelt is known; that the other name grasps nothing is not.
+    // Only the misspelt end-effector of the grasp is reported, not the release that refers to the correct name.
     {"release_of_a_misspelt_grasp",
      {{"end_effector: tip", "end_effector: tipp"}, with_post_impact("release: [{after: 5, end_effectors: [tip]}]")},
      {"scenario.yaml:29:20: error: unknown end-effector 'tipp' in grasps[0]; did you mean 'tip'?"}},
@@ -285,7 +284,7 @@ const std::vector<FaultCase> kCases{
 INSTANTIATE_TEST_SUITE_P(Each, GraspFault, testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-// Without the mark's place there is still the override.
+// For overrides without a file location the message states the override.
 TEST(GraspFaults, OfOverrides) {
   EXPECT_THAT(
       faults_of(kSmallScenario, std::vector<Override>{{"grasps.tip.closes_at", "31"}}),

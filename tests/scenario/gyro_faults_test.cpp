@@ -1,4 +1,4 @@
-// Every kind of fault in control moment gyros, in arrays of them and of wheels, and in what is asked of them.
+// Input errors in control moment gyros, in arrays of gyros and wheels, and in their commands.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Every kind of fault in what an impact asks for, one at a time: laws, contacts, compliance, arrival, ratings.
+// Input errors in impacts, one at a time: laws, contacts, compliance, arrival, ratings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ TEST_P(ImpactFault, IsReportedWithItsPlace) {
 }
 
 Edit impact(const std::string& keys) { return {"impact: {duration: 1e-3}", "impact: {" + keys + "}"}; }
-// A contact on a sphere, whose surface is known.
+// A contact on a sphere, which has a known surface normal.
 Edit on_sphere() { return {"    grasp_points", "    geometry: {shape: sphere, radius: 0.5}\n    grasp_points"}; }
 const std::string kGrasp = "grasp: {linear_stiffness: 1e5, angular_stiffness: 1e3}";
 
@@ -153,8 +153,9 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:52: error: grasps[0].relative_velocity: there is no approach; without one, relative motion "
       "follows from the initial state and the target's"}},
     {"arrival_straight_in",
-     {way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}"), with_point("approach_direction: [0, -1, 0]"),
-      with_tip("approach_axis: [1, 0, 0]"), with_grasp("relative_velocity: [0.1, 0, 0]")},
+     {with_motion("plan: {}\n  straight_in: {stand_off: 0.1, duration: 2}"),
+      with_point("approach_direction: [0, -1, 0]"), with_tip("approach_axis: [1, 0, 0]"),
+      with_grasp("relative_velocity: [0.1, 0, 0]")},
      {"scenario.yaml:29:52: error: grasps[0].relative_velocity: approach.straight_in determines the velocity at "
       "arrival; use its final_speed"}},
     {"arrival_with_given_rates",

@@ -1,4 +1,4 @@
-// What names, magnitudes, texts and files may be: what is accepted can be run and written.
+// Valid names, magnitudes, texts and files. Accepted input can be simulated and written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -48,7 +48,7 @@ TEST(Names, OfAllKinds) {
   EXPECT_THAT(faults_with({{"name: tip", "name: a/b"}, {"end_effector: tip", "end_effector: a/b"}}), SizeIs(1));
   EXPECT_THAT(faults_with({{"name: ball", "name: a/b"}, {"target: ball", "target: a/b"}}), SizeIs(1));
   EXPECT_THAT(faults_with({{"name: grip", "name: a/b"}, {"point: grip", "point: a/b"}}), SizeIs(1));
-  // Of the whole it is only shown.
+  // The scenario's name is only displayed and may contain a slash.
   EXPECT_THAT(faults_with({{"name: test", "name: 2 m/s"}}), IsEmpty());
 }
 
@@ -85,8 +85,8 @@ TEST(Messages, StayShort) {
   }
   const TemporaryFolder folder;
   folder.write("motion.csv", "time,shoulder\n0,0\n1,0\n");
-  const auto path = folder.write(
-      "scenario.yaml", edited(kSmallScenario, {{"  links:\n", "  links:\n" + links}, way("trajectory: motion.csv")}));
+  const auto path = folder.write("scenario.yaml", edited(kSmallScenario, {{"  links:\n", "  links:\n" + links},
+                                                                          with_motion("trajectory: motion.csv")}));
   const auto faults = faults_of_file(path);
   ASSERT_THAT(faults, testing::Not(IsEmpty()));
   for (const std::string& fault : faults)
@@ -114,7 +114,7 @@ TEST(Magnitudes, HaveStatedLimits) {
   EXPECT_THAT(faults_with({{"mass: 10\n", "mass: 1e-300\n"}}), ElementsAre(HasSubstr("must be at least 1e-09 [kg]")));
   EXPECT_THAT(faults_with({{"lower: -2, upper: 2", "lower: -1e5, upper: .inf"}}),
               ElementsAre(HasSubstr("must be at most 10000 in magnitude or .inf [rad or m]")));
-  // Of the base and of targets the position in W may be that of an orbit.
+  // Positions of the base and of targets in W may be of orbital magnitude.
   EXPECT_THAT(faults_with({{"position: [2, 0, 0]", "position: [4.2e7, 0, 0]"}}), IsEmpty());
 }
 
@@ -142,7 +142,7 @@ TEST(InertiaMatrix, IsReadEverywhere) {
   const Symmetric3d& I = p.targets[0].inertia;
   EXPECT_THAT((std::vector<double>{I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}), ElementsAre(3, 4, 5, 0.1, -0.2, 0.3));
   EXPECT_EQ(p.robot.bodies[0].inertia.zz, 10);
-  // Six digits of a table.
+  // Rounded to six digits, as in a table.
   const CaptureProblem rounded = inertia_of("[[3, 0.100001, 0], [0.1, 4, 0], [0, 0, 5]]");
   EXPECT_DOUBLE_EQ(rounded.targets[0].inertia.xy, 0.1000005);
 }
@@ -176,7 +176,7 @@ TEST(NamedFiles, DoNotRevealTheirContents) {
         std::string("password = hunter2, hash\n"), std::string("hash: hunter2\nsalt: [1, 2]\n"),
         std::string("-----BEGIN KEY-----\nhash hunter2\n"), std::string("[\"hash\", hunter2]"),
         std::string("'hash': {hunter2\n"), std::string("\"hash \"hunter2\"\n")}) {
-    for (const Edit& named : {kRobotFile, way("trajectory: secret")}) {
+    for (const Edit& named : {kRobotFile, with_motion("trajectory: secret")}) {
       const auto faults = faults_with_secret(content, named);
       ASSERT_THAT(faults, testing::Not(IsEmpty())) << content;
       for (const std::string& fault : faults)
@@ -187,9 +187,9 @@ TEST(NamedFiles, DoNotRevealTheirContents) {
       faults_with_secret("root:x:0:0\n", kRobotFile),
       testing::Contains(testing::StartsWith(
           "secret:1:1: error: this is not a robot file: no line begins with one of its keys, such as schema, name")));
-  EXPECT_THAT(faults_with_secret("root:x:0:0\n", way("trajectory: secret")),
+  EXPECT_THAT(faults_with_secret("root:x:0:0\n", with_motion("trajectory: secret")),
               ElementsAre("secret:1:1: error: not a trajectory: the first line must be time,<joint>,..."));
-  // What is meant as a robot still gets all help.
+  // A recognizable robot file gets the complete error messages.
   EXPECT_THAT(faults_with_secret("base: {mass: 1, inertia: [1, 1, 1]}\nlinks :[]\n", kRobotFile),
               testing::Not(ElementsAre(HasSubstr("no robot file"))));
 }

@@ -1,4 +1,4 @@
-// What the keys of planned and sampled approaches, external wrenches and clearances become.
+// Values of the keys of planned and sampled approaches, external wrenches and clearances.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,9 +20,10 @@ const char* const kAxis = "approach_axis: [0, 0.6, 0.8]";
 const char* const kDirection = "approach_direction: [0, -1, 0]";
 
 TEST(LoadApproach, DefaultsAreThoseOfThePlainStructs) {
-  const CaptureProblem p = load({way("plan: {}\n  straight_in: {stand_off: 1, duration: 2}\n  tracking: {noise: "
-                                     "{position: 0.1}}\n  base_control: {kp: 1, kd: 2}"),
-                                 with_tip(kAxis), with_point(kDirection), with_wrench("{body: base}")});
+  const CaptureProblem p =
+      load({with_motion("plan: {}\n  straight_in: {stand_off: 1, duration: 2}\n  tracking: {noise: "
+                        "{position: 0.1}}\n  base_control: {kp: 1, kd: 2}"),
+            with_tip(kAxis), with_point(kDirection), with_wrench("{body: base}")});
   const ApproachSetup& a = *p.approach;
   EXPECT_EQ(a.plan->objective, PlanSetup{}.objective);
   EXPECT_EQ(a.plan->starts, PlanSetup{}.starts);
@@ -83,7 +84,7 @@ TEST(LoadApproach, OrientationOfAGrasp) {
 
 TEST(LoadApproach, Plan) {
   const CaptureProblem p =
-      load({way("plan: {objective: nearest, guess: {elbow: 1, shoulder: -1}, starts: 7, seed: 42}")});
+      load({with_motion("plan: {objective: nearest, guess: {elbow: 1, shoulder: -1}, starts: 7, seed: 42}")});
   const ApproachSetup& a = *p.approach;
   ASSERT_TRUE(a.plan);
   EXPECT_EQ(a.plan->objective, PlanSetup::Objective::nearest);
@@ -93,15 +94,16 @@ TEST(LoadApproach, Plan) {
   EXPECT_TRUE(a.final_position.empty());
   EXPECT_FALSE(a.sampled);
   using Objective = PlanSetup::Objective;
-  EXPECT_EQ(load({way("plan: {objective: limits}")}).approach->plan->objective, Objective::limits);
-  EXPECT_EQ(load({way("plan: {objective: manipulability}")}).approach->plan->objective, Objective::manipulability);
-  EXPECT_EQ(load({way("plan: {objective: as_found}")}).approach->plan->objective, Objective::as_found);
-  EXPECT_EQ(load({way("plan: {seed: 9007199254740991}")}).approach->plan->seed, 9007199254740991u);
+  EXPECT_EQ(load({with_motion("plan: {objective: limits}")}).approach->plan->objective, Objective::limits);
+  EXPECT_EQ(load({with_motion("plan: {objective: manipulability}")}).approach->plan->objective,
+            Objective::manipulability);
+  EXPECT_EQ(load({with_motion("plan: {objective: as_found}")}).approach->plan->objective, Objective::as_found);
+  EXPECT_EQ(load({with_motion("plan: {seed: 9007199254740991}")}).approach->plan->seed, 9007199254740991u);
 }
 
 // A plan matches the grasp points' motion by default; given joint values end at rest.
 TEST(LoadApproach, RatesAtTheEnd) {
-  const auto approach = [](const std::string& lines) { return *load({way(lines)}).approach; };
+  const auto approach = [](const std::string& lines) { return *load({with_motion(lines)}).approach; };
   EXPECT_EQ(approach("plan: {}").match, RateMatch::twist);
   EXPECT_FALSE(approach("plan: {}").final_rates);
   EXPECT_EQ(approach("plan: {}\n  final_rates: {match: velocity}").match, RateMatch::velocity);
@@ -109,23 +111,23 @@ TEST(LoadApproach, RatesAtTheEnd) {
   EXPECT_FALSE(given.match);
   EXPECT_THAT(*given.final_rates, ElementsAre(0, 0.5));
   EXPECT_FALSE(approach("final_joints: [0.2, -0.4]").match);
-  const CaptureProblem straight =
-      load({way("plan: {}\n  straight_in: {stand_off: 1, duration: 2}"), with_tip(kAxis), with_point(kDirection)});
+  const CaptureProblem straight = load(
+      {with_motion("plan: {}\n  straight_in: {stand_off: 1, duration: 2}"), with_tip(kAxis), with_point(kDirection)});
   EXPECT_FALSE(straight.approach->match);
   EXPECT_FALSE(straight.approach->final_rates);
 }
 
 TEST(LoadApproach, WaypointsAndStraightIn) {
-  const CaptureProblem p =
-      load({way("plan: {}\n  profile: quintic\n  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
-                "  waypoints:\n"
-                "    - {time: 3, joints: [0.1, 0.2]}\n"
-                "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
-                "    - time: 15.5\n"
-                "      end_effectors:\n"
-                "        tip: {position: [1, 2, 3], target: ball, velocity: [4, 5, 6]}\n"
-                "    - {time: 15.75, end_effectors: {tip: {position: [7, 8, 9]}}}"),
-            with_tip(kAxis), with_point(kDirection)});
+  const CaptureProblem p = load(
+      {with_motion("plan: {}\n  profile: quintic\n  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
+                   "  waypoints:\n"
+                   "    - {time: 3, joints: [0.1, 0.2]}\n"
+                   "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
+                   "    - time: 15.5\n"
+                   "      end_effectors:\n"
+                   "        tip: {position: [1, 2, 3], target: ball, velocity: [4, 5, 6]}\n"
+                   "    - {time: 15.75, end_effectors: {tip: {position: [7, 8, 9]}}}"),
+       with_tip(kAxis), with_point(kDirection)});
   const ApproachSetup& a = *p.approach;
   EXPECT_EQ(a.straight_in->stand_off, 0.5);
   EXPECT_EQ(a.straight_in->duration, 4);
@@ -146,7 +148,7 @@ TEST(LoadApproach, WaypointsAndStraightIn) {
   EXPECT_THAT(list(a.waypoints[3].places[0].velocity), ElementsAre(0, 0, 0));
 }
 
-// The quartic profile starts from rest, which these waypoints do not ask it to leave.
+// The quartic profile starts from rest, in agreement with these waypoints.
 TEST(LoadApproach, QuarticMayPassWaypointsAtRest) {
   const CaptureProblem p =
       load({with_approach("waypoints: [{time: 5, joints: [0, 0]}, {time: 6, joints: [0, 0], rates: [0, 0]}]")});
@@ -186,7 +188,7 @@ TEST(LoadApproach, HeldBaseMayBeControlledAfterTheImpact) {
           .post_impact->base_control);
 }
 
-// Only joints that follow the quartic exactly must start as it does.
+// Only ideal tracking of the quartic requires joints at rest at the start.
 TEST(LoadApproach, QuarticFromRestIsForIdealTrackingOnly) {
   for (const char* mode : {"pd", "computed_torque"}) {
     const CaptureProblem p = load({{"  joints: {", "  joint_rates: {elbow: 0.1}\n  joints: {"},
@@ -284,7 +286,7 @@ TEST(LoadLoads, ClearanceNamesBodiesOfTheModel) {
   EXPECT_THAT(p.clearance.ignore, ElementsAre(Pair("base", "upper"), Pair("target:ball", "lower")));
   EXPECT_TRUE(load({with_top("clearance: {enabled: True}")}).clearance.enabled);
 
-  // A target named like a link stays behind the link.
+  // A link has priority over a target with the same name.
   const CaptureProblem same = load({{"name: ball", "name: upper"},
                                     {"target: ball", "target: upper"},
                                     with_top("clearance: {ignore: [[upper, base]]}")});

@@ -1,4 +1,4 @@
-// What the keys of a file become.
+// Values of the keys of a scenario file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -158,7 +158,8 @@ output: {interval: 0.25}
   EXPECT_FALSE(p.V_WB);
   EXPECT_THAT(list(p.momentum->linear), ElementsAre(1, 2, 3));
   EXPECT_THAT(list(p.momentum->angular), ElementsAre(4, 5, 6));
-  // Joint order is the model's: parents first, else the file's. The arm was given after the finger that hangs on it.
+  // Joint order is that of the model: parents first, otherwise file order. The file lists the arm after its child, the
+  // finger.
   EXPECT_THAT(p.joint_position, ElementsAre(0.1, 0.3, 0.2));
   EXPECT_THAT(p.joint_rate, ElementsAre(0, 0, 0.5));
   EXPECT_THAT(p.approach->tracking.kp, ElementsAre(1, 3, 2));
@@ -208,7 +209,7 @@ TEST(Load, PhasesMayBeAbsent) {
   EXPECT_FALSE(approach_alone.impact);
 }
 
-TEST(Load, FixedBaseKeepsItsInitialPose) {
+TEST(Load, FixedBaseMaintainsItsInitialPose) {
   const CaptureProblem p = load(edited(kSmallScenario, {{"base: {mass: 100,", "base: {mode: fixed, mass: 100,"},
                                                         {"initial:", "initial:\n  base: {position: [1, 2, 3]}"}}));
   EXPECT_EQ(p.robot.base_mode, RobotSetup::Base::fixed);
@@ -222,7 +223,7 @@ TEST(Load, NearlyUnitQuaternionIsNormalised) {
   EXPECT_NEAR(p.targets[0].X_WT.R(1, 0), 1, 1e-15);
 }
 
-TEST(Load, KeepsSourceTexts) {
+TEST(Load, StoresSourceTexts) {
   const TemporaryFolder folder;
   folder.write("robot.yaml", small_robot());
   const std::string scenario = "description: two words\nname: test\nrobot: robot.yaml\n" +

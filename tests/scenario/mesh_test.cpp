@@ -1,4 +1,4 @@
-// Shapes from STL and OBJ files: what they become, every kind of fault in one, and bytes that are neither.
+// Meshes from STL, OBJ and Collada files: resulting shapes, input errors, and random bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ std::string binary_stl(const Facets& facets, std::string header = "made by hand"
   std::string bytes = header;
   append(bytes, static_cast<std::uint32_t>(facets.size()));
   for (const auto& facet : facets) {
-    for (int k = 0; k < 3; ++k) append(bytes, 0x7fc00000);  // a normal of NaN: it is not read
+    for (int k = 0; k < 3; ++k) append(bytes, 0x7fc00000);  // NaN normal, which is not read
     for (const Vector3d& p : facet) {
       for (double x : p.e) append(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(x)));
     }
@@ -94,7 +94,7 @@ std::string binary_stl(const Facets& facets, std::string header = "made by hand"
   return bytes;
 }
 
-// Triangles with corners instead of numbers.
+// Triangles with corner coordinates instead of vertex indices.
 Facets facets_of(const TriangleMesh& mesh) {
   Facets facets;
   for (const auto& t : mesh.triangles)
@@ -127,7 +127,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(text.find(what), what.size(), with);
 }
 
-TEST(ReadMesh, AllFormatsGiveTheSameMesh) {
+TEST(ReadMesh, AllFormatsProduceTheSameMesh) {
   expect_corner(mesh_in(kTextStl, "a.stl"));
   expect_corner(mesh_in(kObj, "a.OBJ"));
   expect_corner(mesh_in(binary_stl(kCorner), "a.Stl"));
@@ -146,8 +146,8 @@ TEST(ReadMesh, FansPolygonsAndDropsDegenerateTriangles) {
   const auto mesh =
       mesh_in("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nv 0 0 -0\nf 4 3 2 1\nf 1 2 5\nf 1 1 2\nf 1 2 7\n",
               "a.obj");
-  EXPECT_THAT(mesh->triangles, SizeIs(3));  // the last two have two corners at one place
-  EXPECT_THAT(mesh->vertices, SizeIs(5));   // nothing has the sixth, and the last is the first
+  EXPECT_THAT(mesh->triangles, SizeIs(3));  // the last two are degenerate
+  EXPECT_THAT(mesh->vertices, SizeIs(5));   // the sixth is unused, and the last equals the first
   EXPECT_EQ(mesh->hull.half[2], 0.5);
 }
 
@@ -194,7 +194,7 @@ TEST(ReadMesh, ReportsErrorsOfABinaryStl) {
 }
 
 TEST(ReadMesh, TakesFilesAsProgramsWriteThem) {
-  // Bytes behind the counted triangles are a warning.
+  // Bytes after the counted triangles give a warning.
   const auto warned = [](const std::string& bytes) {
     FaultList faults;
     expect_corner(read_mesh(bytes, "a.stl", faults));
@@ -222,7 +222,7 @@ TEST(ReadMesh, TakesFilesAsProgramsWriteThem) {
   EXPECT_EQ(fault_in("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n  2 x\n", "a.obj").substr(0, 13), "a.obj:5:5: er");
 }
 
-// The corner of kTextStl: its geometry in centimetres with y upwards, shifted by a node and shifted back by another.
+// The corner of kTextStl in centimetres with y upwards; one node shifts it, and another shifts it back.
 std::string collada(const std::string& body, const std::string& asset = "<unit meter='0.01'/><up_axis>Y_UP</up_axis>") {
   return "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'><asset>" +
          asset + "</asset>\n" + body + "</COLLADA>";
@@ -344,7 +344,7 @@ TEST(ReadMesh, ReportsErrorsOfAnObj) {
   EXPECT_EQ(fault_in(many, "a.obj"), "a.obj:200004:1: error: the mesh has more than 200000 triangles; simplify it");
 }
 
-// Whatever the bytes are: a mesh or one fault.
+// Any bytes give a mesh or one error.
 TEST(ReadMesh, SurvivesAnyBytes) {
   std::mt19937 random(1);
   const auto number = [&](int below) { return static_cast<int>(random() % static_cast<unsigned>(below)); };
@@ -399,7 +399,7 @@ class MeshInScenario : public testing::Test {
     std::filesystem::create_directory(folder_.path() / "robots");
     folder_.write("robots/arm.stl", binary_stl(kCorner));
   }
-  // The small scenario whose ball and, in a robot file of another folder, lower link have meshes.
+  // The small scenario with meshes on the ball and on the lower link; the robot file is in another folder.
   std::filesystem::path write(const std::string& ball, const std::string& lower) {
     const std::string whole = kSmallScenario;
     const std::size_t begin = whole.find("robot:"), end = whole.find("initial:");
@@ -415,7 +415,7 @@ class MeshInScenario : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(MeshInScenario, FilesAreBesideWhatNamesThem) {
+TEST_F(MeshInScenario, PathsAreRelativeToTheReferringFile) {
   const CaptureProblem p = load_scenario(write(ball_, lower_));
   const Geometry& ball = p.targets[0].geometry.at(0);
   EXPECT_EQ(ball.shape, Geometry::Shape::mesh);
@@ -442,7 +442,7 @@ TEST_F(MeshInScenario, OverridesCanChooseThem) {
   EXPECT_EQ(p.robot.geometry[0].second.mesh->name, "other.obj");
 }
 
-// A scenario that is written elsewhere, with the robot in it because a value of it was changed.
+// A scenario written to another folder; it contains the robot inline if a robot value was changed.
 TEST_F(MeshInScenario, FilesAreFoundFromAnotherPlace) {
   const auto path = write(ball_, lower_);
   Change change{"robot.base.mass", {}, {}, "90"};
@@ -474,7 +474,7 @@ TEST_F(MeshInScenario, TheHashCoversTheirBytes) {
   EXPECT_NE(load_scenario(path).sha256, after);
 }
 
-TEST_F(MeshInScenario, SaysWhatIsWrong) {
+TEST_F(MeshInScenario, ReportsErrors) {
   const auto faults = [&](const std::string& ball) { return faults_of_file(write(ball, lower_)); };
   EXPECT_THAT(faults("{shape: mesh, file: none.stl}"), ElementsAre(HasSubstr("scenario.yaml:7:35: error: ")));
   EXPECT_THAT(faults("{shape: mesh, file: part.step}"),
@@ -487,10 +487,10 @@ TEST_F(MeshInScenario, SaysWhatIsWrong) {
   EXPECT_THAT(faults("{shape: box, size: [1, 1, 1], scale: 2}"), ElementsAre(HasSubstr("scale")));
   folder_.write("part.stl", replaced(kTextStl, "vertex 0 2 0", "vertex 0 two 0"));
   EXPECT_THAT(faults(ball_), ElementsAre("part.stl:5:16: error: a coordinate must be a number, not 'two'"));
-  // Both together: the robot's and the target's.
+  // Errors of both meshes, the robot's and the target's.
   folder_.write("robots/arm.stl", "nothing");
   EXPECT_THAT(faults(ball_), ElementsAre(HasSubstr("part.stl:5:16: error: "), HasSubstr("arm.stl: error: not an STL")));
-  // A folder, and a file of another kind with the right ending.
+  // A folder whose name has a valid mesh extension.
   std::filesystem::create_directory(folder_.path() / "folder.stl");
   EXPECT_THAT(faults("{shape: mesh, file: folder.stl}"), SizeIs(2));
 }

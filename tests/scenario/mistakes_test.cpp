@@ -1,4 +1,4 @@
-// What users most likely did where a file is no YAML, a number none, or a key misspelt.
+// Suggestions for likely user errors: invalid YAML, invalid numbers, misspelt keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(SyntaxMistakes, Brackets) {
   EXPECT_THAT(faults_of("a:\n- {b: 1\n- {b: 2}\n"),
               ElementsAre(at("2:3", "this '{' is not closed; line 3 begins something new")));
   EXPECT_THAT(faults_of("a: [1]]\n"), ElementsAre(at("1:7", "']' closes nothing; no '[' is open")));
-  // Brackets in comments, quotes, plain texts and block texts are no brackets.
+  // Brackets in comments, quotes, plain scalars and block scalars are ignored.
   EXPECT_THAT(faults_of("a: 'x[' # [\nb: don't [x\nc: |\n  [[ \"\nd: [1\n"),
               ElementsAre(at("5:4", "this '[' is not closed")));
 }
@@ -122,15 +122,15 @@ TEST(NumberMistakes, DecimalCommasInLists) {
                              "needs a point")));
 }
 
-TEST(KeySlips, AreOneFaultEach) {
+TEST(KeyMistakes, AreOneFaultEach) {
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"targets:", "target:"}, {"  duration: 20", "  Duration: 0"}})),
               ElementsAre(at("21:1", "unknown key 'target' in the scenario; did you mean 'targets'?"),
                           at("31:3", "unknown key 'Duration' in approach; did you mean 'duration'?"),
-                          // What it holds is checked as what was meant.
+                          // The value is checked under the suggested key.
                           at("31:13", "approach.duration is 0, must be greater than 0 [s]")));
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"{shoulder: 0.5, elbow: 1}", "{shoulder:0.5, elbow: 1}"}})),
               ElementsAre(at("20:12", "a key needs a colon and a blank after it: 'shoulder: 0.5'")));
-  // A key that is there already is not given again, nor one that cannot hold the value.
+  // The value is not checked if the suggested key already exists or cannot hold it.
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"  duration: 20", "  duration: 20\n  duratio: 0"}})),
               ElementsAre(at("32:3", "unknown key 'duratio' in approach; did you mean 'duration'?")));
 }

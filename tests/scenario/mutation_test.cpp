@@ -1,4 +1,4 @@
-// Whatever happens to a file: it is accepted, or refused with a InputError. Nothing else may come out.
+// A damaged file is accepted or rejected with an InputError; no other exception is allowed.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ namespace mutation_test {
 
 using Random = std::mt19937_64;
 
-// GRAPNEL_TEST_SEED, or always the same.
+// GRAPNEL_TEST_SEED, or a fixed seed.
 std::uint64_t seed() {
   const char* text = std::getenv("GRAPNEL_TEST_SEED");
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 20240607;
@@ -34,28 +34,28 @@ std::string joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-// One small damage of a random kind.
+// The text with one small random error.
 std::string damaged(std::string text, Random& random) {
   if (text.empty()) return text;
-  static const std::vector<std::string> kPieces{"[",        "]",
-                                                "{",        "}",
-                                                ":",        "- ",
-                                                "&a ",      "*a",
-                                                "!!str ",   "\"",
-                                                "'",        "|",
-                                                ">",        "#",
-                                                "\n",       "  ",
-                                                "\t",       ".nan",
-                                                "-.inf",    "1e308",
-                                                "-1e308",   "1e-320",
-                                                "010",      "0x1",
-                                                "~",        "null",
-                                                "true",     "%",
-                                                "---\n",    "...\n",
-                                                "?",        "<<: *a",
-                                                "\xc3\xa9", "\xff",
-                                                ",",        "0",
-                                                "-",        "99999999999999999999"};
+  static const std::vector<std::string> kFragments{"[",        "]",
+                                                   "{",        "}",
+                                                   ":",        "- ",
+                                                   "&a ",      "*a",
+                                                   "!!str ",   "\"",
+                                                   "'",        "|",
+                                                   ">",        "#",
+                                                   "\n",       "  ",
+                                                   "\t",       ".nan",
+                                                   "-.inf",    "1e308",
+                                                   "-1e308",   "1e-320",
+                                                   "010",      "0x1",
+                                                   "~",        "null",
+                                                   "true",     "%",
+                                                   "---\n",    "...\n",
+                                                   "?",        "<<: *a",
+                                                   "\xc3\xa9", "\xff",
+                                                   ",",        "0",
+                                                   "-",        "99999999999999999999"};
   const std::size_t at = below(random, text.size());
   switch (below(random, 8)) {
     case 0:
@@ -69,7 +69,7 @@ std::string damaged(std::string text, Random& random) {
     case 3:
       return text.erase(at, 1 + below(random, 20));
     case 4:
-      return text.insert(at, kPieces[below(random, kPieces.size())]);
+      return text.insert(at, kFragments[below(random, kFragments.size())]);
     default:
       break;
   }
@@ -108,7 +108,7 @@ void try_to(Load load, const std::string& text, Tally& tally) {
   }
 }
 
-// Everything that kSmallScenario leaves out.
+// A scenario with the keys that kSmallScenario omits.
 std::string rich_scenario() {
   return edited(kSmallScenario,
                 {{"    grasp_points",
@@ -117,14 +117,14 @@ std::string rich_scenario() {
                  with_tip("approach_axis: [1, 0, 0], envelope: {position: 0.1, angle: 0.2}"),
                  with_point("approach_direction: [0, -1, 0]"),
                  with_grasp("orientation: axis"),
-                 way("profile: quintic\n  plan: {objective: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
-                     "  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
-                     "  waypoints:\n"
-                     "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
-                     "    - {time: 9, end_effectors: {tip: {position: [1, 2, 3], target: ball}}}\n"
-                     "  tracking: {mode: computed_torque, kp: 1, kd: [2, 3], noise: {position: 1e-3}}\n"
-                     "  base_control: {kp: 4, kd: [5, 6, 7], limit: 8, rpy: [0, 0, 0.3]}\n"
-                     "  capture_at: envelope"),
+                 with_motion("profile: quintic\n  plan: {objective: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
+                             "  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
+                             "  waypoints:\n"
+                             "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
+                             "    - {time: 9, end_effectors: {tip: {position: [1, 2, 3], target: ball}}}\n"
+                             "  tracking: {mode: computed_torque, kp: 1, kd: [2, 3], noise: {position: 1e-3}}\n"
+                             "  base_control: {kp: 4, kd: [5, 6, 7], limit: 8, rpy: [0, 0, 0.3]}\n"
+                             "  capture_at: envelope"),
                  with_post_impact("base_control: {kp: 1, kd: 1}"),
                  with_wrench("{body: base, force: [1, 0, 0], time: {shape: sine, frequency: 1}}\n"
                              "  - target: ball\n"
@@ -133,14 +133,14 @@ std::string rich_scenario() {
 }
 
 TEST(Mutation, OnlySuccessOrInputError) {
-  SKIP_UNDER_SANITIZERS();  // and the fuzzer damages files there
+  SKIP_UNDER_SANITIZERS();  // the fuzzer covers damaged files there
   const TemporaryFolder folder;
   Random random(seed());
   std::vector<std::string> originals{kSmallScenario, rich_scenario()};
   EXPECT_TRUE(faults_of(originals[1]).empty());
   for (const auto& path : shipped_scenarios()) originals.push_back(bytes_of(path));
   for (const auto& path : shipped_robots()) originals.push_back(bytes_of(path));
-  // Where the shipped scenarios find their robots.
+  // Folders in which the shipped scenarios find their robots.
   std::filesystem::create_directories(folder.path() / "scenarios" / "thesis");
   for (const char* place : {"robots", "scenarios/robots"}) {
     std::filesystem::create_directories(folder.path() / place);
@@ -148,7 +148,7 @@ TEST(Mutation, OnlySuccessOrInputError) {
   }
   Tally tally;
   for (int i = 0; i < 4000; ++i) {
-    // The small scenarios, which have their robot inside, get half of the attention.
+    // Half of the mutations use the small scenarios, which contain their robot inline.
     std::string text = originals[i % 2 == 0 ? static_cast<std::size_t>(i / 2 % 2) : below(random, originals.size())];
     const std::size_t damages = i % 3 == 0 ? 3 : 1;
     for (std::size_t k = 0; k < damages; ++k) text = damaged(std::move(text), random);
@@ -158,13 +158,13 @@ TEST(Mutation, OnlySuccessOrInputError) {
     if (i % 4 == 0) try_to([&] { load_robot(path); }, text, tally);
     if (HasFailure()) return;
   }
-  // Both outcomes must occur, or the damage is too great or too small to test anything.
+  // Both outcomes must occur; otherwise the damage is too large or too small for a test.
   EXPECT_GT(tally.accepted, 100);
   EXPECT_GT(tally.refused, 1000);
 }
 
 TEST(Mutation, OverridesToo) {
-  SKIP_UNDER_SANITIZERS();  // and the fuzzer damages them there
+  SKIP_UNDER_SANITIZERS();  // the fuzzer covers damaged files there
   const TemporaryFolder folder;
   const auto path = folder.write("scenario.yaml", kSmallScenario);
   Random random(seed());

@@ -46,7 +46,7 @@ TEST_F(Overrides, ReachEverything) {
   EXPECT_EQ(p.name, "other");
 }
 
-TEST_F(Overrides, CreateWhatIsAbsent) {
+TEST_F(Overrides, CreateAbsentKeys) {
   const CaptureProblem p = load({{"integration.relative_tolerance", "1e-9"},
                                  {"approach.tracking", "{mode: pd, kp: 49, kd: 14}"},
                                  {"approach.tracking.kp", "50"},
@@ -56,7 +56,7 @@ TEST_F(Overrides, CreateWhatIsAbsent) {
   EXPECT_EQ(p.gravity[2], -1);
 }
 
-TEST_F(Overrides, ReachWhatAnApproachIsMadeOf) {
+TEST_F(Overrides, ReachPartsOfAnApproach) {
   folder_.write("motion.csv", "time,shoulder,elbow\n0,0.5,1\n8,0.25,0.5\n");
   const CaptureProblem p = load({{"robot.end_effectors.tip.approach_axis", "[1, 0, 0]"},
                                  {"robot.end_effectors.tip.envelope.position", "0.05"},

@@ -1,4 +1,4 @@
-// Approaches stated piece by piece: what they become, and every kind of fault in them.
+// Piecewise approaches: values of the keys, and input errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ const char* const kPieces =
     "    - {until: 8, series: [[0.5], [1.5, 1, 0.5]]}\n"
     "    - until: 20\n"
     "      series: {elbow: [7.5, 4.5], shoulder: [0.5]}";
-const Edit kPath = way(kPieces);
+const Edit kPath = with_motion(kPieces);
 const Edit kNoDuration{"  duration: 20\n", ""};
 const Edit kNoJoints{"  joints: {shoulder: 0.5, elbow: 1}", "  base: {}"};
 
@@ -28,7 +28,7 @@ class Pieces : public testing::Test {
   static std::vector<std::string> faults(const std::vector<Edit>& edits) {
     return faults_of(edited(kSmallScenario, edits));
   }
-  static std::vector<std::string> faults(const std::string& pieces) { return faults({way(pieces)}); }
+  static std::vector<std::string> faults(const std::string& pieces) { return faults({with_motion(pieces)}); }
   TemporaryFolder folder_;
 };
 
@@ -50,7 +50,7 @@ TEST_F(Pieces, InJointOrder) {
   EXPECT_THAT(p.joint_rate, ElementsAre(0, -0.25));
 }
 
-TEST_F(Pieces, SayDurationAndInitialValues) {
+TEST_F(Pieces, StateDurationAndInitialValues) {
   const CaptureProblem p = load({kPath, kNoDuration, kNoJoints});
   EXPECT_TRUE(problem_bytes(p) == problem_bytes(load({kPath})));
   EXPECT_THAT(faults({kPath, {"elbow: 1}", "elbow: 1.1}"}, {"duration: 20", "duration: 19"}}),
@@ -66,7 +66,7 @@ TEST_F(Pieces, SayDurationAndInitialValues) {
   EXPECT_THAT(load({kPath, rates, pd}).joint_rate, ElementsAre(0, 0.5));
 }
 
-TEST_F(Pieces, TimesAndMeetings) {
+TEST_F(Pieces, TimesAndContinuity) {
   EXPECT_THAT(
       faults("pieces:\n    - {until: 8, series: [[0.5], [1]]}\n    - {until: 7, series: [[0.5], [1]]}\n"
              "    - {until: 0, series: [[0.5], [1]]}"),
@@ -106,7 +106,7 @@ TEST_F(Pieces, JointsAndCoefficients) {
               ElementsAre("scenario.yaml:32:11: error: approach.pieces has 0 items, must have at least 1"));
 }
 
-TEST_F(Pieces, SayItAll) {
+TEST_F(Pieces, StateTheWholeMotion) {
   EXPECT_THAT(faults(std::string(kPieces) +
                      "\n  profile: quintic\n  waypoints: []\n  final_rates: [0, 0]\n  final_joints: [0, 0]"),
               ElementsAre("scenario.yaml:36:3: error: 'profile' in approach has no meaning with pieces: they give the "
@@ -143,7 +143,7 @@ TEST_F(Pieces, DocumentedExample) {
   const std::string head = "approach:\n  ";
   ASSERT_EQ(example.substr(0, head.size()), head);
   example = example.substr(head.size(), example.size() - head.size() - 1);
-  EXPECT_EQ(load({way(example), kNoDuration}).approach->pieces.size(), 2u);
+  EXPECT_EQ(load({with_motion(example), kNoDuration}).approach->pieces.size(), 2u);
 }
 
 }  // namespace pieces_test

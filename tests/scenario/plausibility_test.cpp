@@ -51,13 +51,13 @@ TEST(Warnings, InertiaWithoutAShape) {
                   "mass 8 kg make a radius of gyration of 127 m, and more than 10 m is implausible; is the mass "
                   "in t?"));
   EXPECT_THAT(warnings_with({of_ball("8000", "[17000, 17000, 17000]")}), IsEmpty());
-  // A station of 420 t may be large; a rod may turn easily about its own axis.
+  // A station of 420 t may have a large inertia; a rod may have a small moment of inertia about its axis.
   EXPECT_THAT(warnings_with({of_ball("420000", "[1e8, 1.3e8, 2e8]")}), IsEmpty());
   EXPECT_THAT(warnings_with({of_ball("10", "[0.0001, 3, 3]")}), IsEmpty());
   EXPECT_THAT(
       warnings_with({{"base: {mass: 100, inertia: [10, 10, 10]}", "base: {mass: 100, inertia: [1e6, 1e6, 1e6]}"}}),
       ElementsAre(HasSubstr("scenario.yaml:4:30: warning: robot.base.inertia: the moment of inertia 1e+06 kg m^2")));
-  // The largest principal moment, whatever the axes: of this matrix it is 2 + 0.9.
+  // The check uses the largest principal moment: 2 + 0.9 for this matrix.
   EXPECT_THAT(warnings_with({of_ball("0.01", "[2, 2, 2, 0.9, 0, 0]")}),
               ElementsAre(HasSubstr("the moment of inertia 2.9 kg m^2")));
 }
@@ -73,7 +73,7 @@ TEST(Warnings, InertiaWithAShape) {
   EXPECT_THAT(warnings_with({with_shape("{shape: box, size: [0.5, 1, 10]}"), of_ball("10", "[90, 90, 1]")}), IsEmpty());
 }
 
-// Panels reach far with next to no mass; the mass may be in any of the shapes, and in none beyond them.
+// Panels extend far with little mass. The mass may be in any of the shapes, but not outside all of them.
 TEST(Warnings, InertiaWithSeveralShapes) {
   const Edit wings =
       with_shape("[{shape: sphere, radius: 0.5}, {shape: box, size: [0.1, 8, 0.1], position: [0, 4, 0]}]");
@@ -96,7 +96,7 @@ TEST(Warnings, GraspPointsOnSeveralShapes) {
   EXPECT_THAT(at("[3.5, 0, 0]"), IsEmpty());
   EXPECT_THAT(at("[5, 0, 0]"),
               ElementsAre(HasSubstr("is 5 m from the target's origin, and its shapes end at 3.501 m")));
-  // Out of the target is away from its centre of mass.
+  // The outward direction is away from the target's centre of mass.
   EXPECT_THAT(warnings_with({shapes, with_point("normal: [0, -1, 0]")}),
               ElementsAre(HasSubstr("normal points into the target")));
 }
@@ -117,14 +117,14 @@ TEST(Warnings, AnglesAndRatesInDegrees) {
               ElementsAre(HasSubstr("approach.final_joints[1] (joint 'elbow') is -40 rad")));
   EXPECT_THAT(warnings_with({{"{match: velocity}", "{elbow: 10}"}}),
               ElementsAre(HasSubstr("approach.final_rates.elbow is 10 rad/s")));
-  // A slide may go ten metres; a full turn is one.
+  // A prismatic joint may move ten metres; a full turn is plausible.
   EXPECT_THAT(
       warnings_with({{"{name: elbow, type: revolute", "{name: elbow, type: prismatic"}, {"elbow: 1}", "elbow: 10}"}}),
       IsEmpty());
   EXPECT_THAT(warnings_with({{"elbow: 1}", "elbow: 6.283185307179586}"}}), IsEmpty());
 }
 
-// Wheels turn at hundreds of rad/s; gimbals do not.
+// Rates of hundreds of rad/s are plausible for wheels but not for gimbals.
 TEST(Warnings, RatesOfWheelsAndRotors) {
   const auto with_wheels = [](const std::string& wheels, const std::string& initial) {
     return warnings_with(
@@ -176,7 +176,7 @@ TEST(Warnings, InertiaAboutTheJoint) {
         {{"com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]", "com: " + com + "\n      inertia: " + inertia + more}});
   };
   const auto doubtful = ElementsAre(HasSubstr("is it about the origin?"));
-  // A rod, 5/12 kg m^2 about its middle and 5/3 about its end; one with heavy ends; one that is thick.
+  // A rod with 5/12 kg m^2 about its centre and 5/3 about its end; a rod with heavy ends; a thick rod.
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 0.416, 0.416]"), IsEmpty());
   EXPECT_THAT(
       link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]"),
@@ -187,24 +187,24 @@ TEST(Warnings, InertiaAboutTheJoint) {
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.25, 1.25]"), IsEmpty());
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.1, 2.4, 2.4]"), doubtful);
   EXPECT_THAT(link("[0.5, 0, 0]", "[1, 0.9, 0.9]"), IsEmpty());
-  // A housing that is wider than the joints are apart, with the centre of mass near its joint.
+  // A housing wider than the joint distance, with the centre of mass near its joint.
   EXPECT_THAT(link("[0.02, 0, 0]", "[0.1, 0.1, 0.12]"), IsEmpty());
   // A planar model with one number for all axes.
   EXPECT_THAT(link("[0.5, 0, 0]", "[1.3, 1.3, 1.3]"), IsEmpty());
-  // A published arm: 30 kg, joints 0.275 m apart, a housing that is wider, and a shape that shows less of it.
+  // A published arm: 30 kg, joints 0.275 m apart, a wider housing, and a shape smaller than the housing.
   EXPECT_THAT(
       warnings_with({{"mass: 5\n      com: [0.5, 0, 0]\n      inertia: [0.1, 0.5, 0.5]",
                       "mass: 30\n      com: [0.1375, 0, 0]\n      inertia: [1.378, 2.1, 2.359]\n      geometry: "
                       "{shape: capsule, radius: 0.06, length: 0.275, position: [0.1375, 0, 0], rpy: [0, 1.5708, 0]}"},
                      {"origin: {position: [1, 0, 0]}", "origin: {position: [0.275, 0, 0]}"}}),
       IsEmpty());
-  // A shape that is longer than the joints are apart.
+  // A shape longer than the joint distance.
   EXPECT_THAT(link("[0.5, 0, 0]", "[0.01, 1.666, 1.666]",
                    "\n      geometry: {shape: box, size: [2, 0.05, 0.05], position: [0.5, 0, 0]}"),
               IsEmpty());
-  // A skew line.
+  // A line that is not parallel to an axis.
   EXPECT_THAT(link("[0.4, 0.3, 0]", "[0.605, 1.075, 1.67, -0.78, 0, 0]"), doubtful);
-  // Targets and bases by their shapes alone.
+  // For targets and bases the check uses only the shapes.
   const auto target = [](const std::string& more) {
     return warnings_with(
         {of_ball("10", "[0.1, 3.4, 3.4]"), {"    grasp_points", "    com: [0.5, 0, 0]\n" + more + "    grasp_points"}});
@@ -225,7 +225,7 @@ TEST(Warnings, QuaternionsInAnotherOrder) {
   EXPECT_THAT(turned("[1, 0, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0, 1, 0, 0]"), IsEmpty());
   EXPECT_THAT(turned("[0.70710678118654752, 0, 0, 0.70710678118654752]"), IsEmpty());
-  EXPECT_THAT(turned("[6.123233995736766e-17, 0, 0, 1]"), IsEmpty());  // a program's half turn
+  EXPECT_THAT(turned("[6.123233995736766e-17, 0, 0, 1]"), IsEmpty());  // a half turn computed by a program
 }
 
 // Models state orientations by roll, pitch and yaw, or by a quaternion whose order their format fixes.
@@ -275,19 +275,19 @@ TEST(Warnings, GraspPoints) {
                           "end-effector back to the origin of its link 'lower': it must be the direction of approach"));
 }
 
-const Edit kSecondHand{"    - {name: tip, link: lower, position: [1, 0, 0]}",
-                       "    - {name: tip, link: lower, position: [1, 0, 0]}\n    - {name: hand, link: upper}"};
+const Edit kSecondEffector{"    - {name: tip, link: lower, position: [1, 0, 0]}",
+                           "    - {name: tip, link: lower, position: [1, 0, 0]}\n    - {name: hand, link: upper}"};
 const Edit kSecondGrasp{"  - {end_effector: tip, target: ball, point: grip}",
                         "  - {end_effector: tip, target: ball, point: grip}\n"
                         "  - {end_effector: hand, target: ball, point: grip}"};
 
 TEST(Warnings, TwoEndEffectorsAtOneGraspPoint) {
   EXPECT_THAT(
-      warnings_with({kSecondHand, kSecondGrasp}),
-      ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grasp the same place of "
-                  "target 'ball', where two end-effectors have no room"));
-  // One takes over from the other.
-  EXPECT_THAT(warnings_with({kSecondHand,
+      warnings_with({kSecondEffector, kSecondGrasp}),
+      ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' have the same grasp point "
+                  "on target 'ball' and would collide"));
+  // The second end-effector takes over from the first.
+  EXPECT_THAT(warnings_with({kSecondEffector,
                              {"  - {end_effector: tip, target: ball, point: grip}",
                               "  - {end_effector: tip, target: ball, point: grip}\n"
                               "  - {end_effector: hand, target: ball, point: grip, closes_at: 25}"},
@@ -305,7 +305,7 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
               ElementsAre("scenario.yaml:25:23: warning: 'base' and target 'ball' overlap by 0.1 m at t "
                           "= 0, by their shapes"));
   EXPECT_THAT(at("[1.1, 0, 0]"), IsEmpty());
-  // Two bodies are named once, with the deepest of their overlaps.
+  // A pair of bodies is reported once, with its deepest overlap.
   EXPECT_THAT(warnings_with({base,
                              with_shape("[{shape: sphere, radius: 0.5}, {shape: sphere, radius: 0.7}]"),
                              {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}}),
@@ -318,7 +318,7 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
   allowed.push_back(with_top("clearance: {ignore: [[base, ball]]}"));
   EXPECT_THAT(warnings_with(unwatched), testing::SizeIs(1));
   EXPECT_THAT(warnings_with(allowed), IsEmpty());
-  // The start is found from the capture: the ball drifts in from x = 2.9.
+  // The initial state follows from the capture: the ball starts at x = 2.9.
   EXPECT_THAT(warnings_with({base,
                              with_shape("{shape: sphere, radius: 0.5}"),
                              {"position: [2, 0, 0], angular_velocity",

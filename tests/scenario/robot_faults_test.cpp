@@ -10,7 +10,7 @@ namespace robot_faults_test {
 
 class RobotFault : public testing::TestWithParam<FaultCase> {};
 
-// The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
+// Messages are part of the interface: they state the location, the value, the allowed values and a suggestion.
 TEST_P(RobotFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
@@ -173,7 +173,7 @@ TEST(RobotFaults, AHangerOnACycleIsNotAtFault) {
 
 TEST(RobotFaults, LargeRobotsAreCheckedQuickly) {
   SKIP_UNDER_SANITIZERS();
-  // A chain given from its end, and the same closed to a ring.
+  // A chain listed from its end, and the same chain closed to a ring.
   const auto chain = [](int count, const std::string& first_parent) {
     std::string text = "base: {mass: 1, inertia: [1, 1, 1]}\nlinks:\n";
     for (int i = count; i-- > 0;) {

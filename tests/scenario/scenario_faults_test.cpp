@@ -1,4 +1,4 @@
-// Every kind of fault in a scenario, one at a time.
+// Input errors in a scenario, one at a time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace scenario_faults_test {
 
 class ScenarioFault : public testing::TestWithParam<FaultCase> {};
 
-// The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
+// Messages are part of the interface: they state the location, the value, the allowed values and a suggestion.
 TEST_P(ScenarioFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
@@ -309,7 +309,7 @@ INSTANTIATE_TEST_SUITE_P(Each, ScenarioFault, testing::ValuesIn(kCases),
 TEST(ScenarioFaults, SmallScenarioHasNone) { EXPECT_THAT(faults_of(kSmallScenario), testing::IsEmpty()); }
 
 TEST(ScenarioFaults, AllAreFoundAtOnce) {
-  // Structure, meaning and the robot in one go; none hides another.
+  // Errors of structure, values and the robot are reported together; none hides another.
   const std::string text = edited(kSmallScenario, {{"duration: 20", "duration: 0"},
                                                    {"target: ball", "target: bal"},
                                                    {"shoulder: 0.5", "sholder: 0.5"},

@@ -88,7 +88,7 @@ Edit with_post_impact(const std::string& keys) { return with_keys("{duration: 10
 Edit with_approach(const std::string& line) { return {"\nimpact:", "\n  " + line + "\nimpact:"}; }
 Edit with_top(const std::string& line) { return {"\nimpact:", "\n" + line + "\nimpact:"}; }
 Edit with_wrench(const std::string& wrench) { return with_top("external_wrenches:\n  - " + wrench); }
-Edit way(const std::string& lines) {
+Edit with_motion(const std::string& lines) {
   return {"  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}", "  " + lines};
 }
 

@@ -29,12 +29,12 @@ std::string small_robot();
 /// The text with each first string, which must occur exactly once, replaced by the second.
 std::string edited(std::string text, const std::vector<std::pair<std::string, std::string>>& edits);
 
-/// Fault texts of a scenario or robot with this content, without the folder's path; empty if it is accepted.
+/// Error messages for a scenario or robot with this content, without the folder's path; empty if it is accepted.
 std::vector<std::string> faults_of(std::string_view text, const std::vector<Override>& overrides = {});
 std::vector<std::string> robot_faults_of(std::string_view text);
-/// Warning texts of a scenario with this content, which must be without faults.
+/// Warnings for a scenario with this content, which must have no errors.
 std::vector<std::string> warnings_of(std::string_view text, const std::vector<Override>& overrides = {});
-/// Fault texts of a file, with the folder's path removed.
+/// Error messages for a file, without the folder's path.
 std::vector<std::string> faults_of_file(const std::filesystem::path& path, const std::vector<Override>& overrides = {});
 
 /// The bytes of a file.
@@ -54,7 +54,7 @@ Edit with_post_impact(const std::string& keys);
 Edit with_approach(const std::string& line);
 Edit with_top(const std::string& line);
 Edit with_wrench(const std::string& wrench);
-Edit way(const std::string& lines);
+Edit with_motion(const std::string& lines);
 
 struct FaultCase {
   const char* name;

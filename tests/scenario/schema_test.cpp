@@ -1,4 +1,4 @@
-// The published schema and the reader agree, as an independent validator sees it.
+// The published schema and the reader agree, according to an independent validator.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ TEST(Schema, AcceptsEveryShippedFile) {
   }
 }
 
-// Structural faults: what a schema can express, an editor with the schema shows as the reader does.
+// Structural errors that a schema can express: an editor with the schema rejects the same files as the reader.
 TEST(Schema, RejectsTheSameFilesAsTheReader) {
   SKIP_UNDER_SANITIZERS();
   const std::vector<std::pair<std::string, std::string>> edits{
@@ -119,25 +119,25 @@ TEST(Schema, RejectsTheSameFilesAsTheReader) {
       with_grasp("orientation: axes"),
       with_approach("plan: {}"),
       with_approach("trajectory: motion.csv"),
-      way("profile: quintic"),
-      way("plan: {objective: nearest}"),
-      way("plan: {starts: 0}"),
-      way("plan: {starts: 1001}"),
-      way("plan: {seed: -1}"),
-      way("plan: {seed: 1.5}"),
-      way("trajectory: motion.csv\n  profile: quintic"),
-      way("trajectory: motion.csv\n  waypoints: []"),
-      way("pieces: []"),
-      way("pieces: [{series: [[0.5], [1]]}]"),
-      way("pieces: [{until: 0, series: [[0.5], [1]]}]"),
-      way("pieces: [{until: 20}]"),
-      way("pieces: [{until: 20, series: [0.5, 1]}]"),
-      way("pieces: [{until: 20, series: [[0.5], []]}]"),
-      way("pieces: [{until: 20, series: {shoulder: [0.5], elbow: 1}}]"),
-      way("pieces: [{until: 20, series: [[0.5], [1]]}]\n  profile: quintic"),
-      way("pieces: [{until: 20, series: [[0.5], [1]]}]\n  final_rates: [0, 0]"),
+      with_motion("profile: quintic"),
+      with_motion("plan: {objective: nearest}"),
+      with_motion("plan: {starts: 0}"),
+      with_motion("plan: {starts: 1001}"),
+      with_motion("plan: {seed: -1}"),
+      with_motion("plan: {seed: 1.5}"),
+      with_motion("trajectory: motion.csv\n  profile: quintic"),
+      with_motion("trajectory: motion.csv\n  waypoints: []"),
+      with_motion("pieces: []"),
+      with_motion("pieces: [{series: [[0.5], [1]]}]"),
+      with_motion("pieces: [{until: 0, series: [[0.5], [1]]}]"),
+      with_motion("pieces: [{until: 20}]"),
+      with_motion("pieces: [{until: 20, series: [0.5, 1]}]"),
+      with_motion("pieces: [{until: 20, series: [[0.5], []]}]"),
+      with_motion("pieces: [{until: 20, series: {shoulder: [0.5], elbow: 1}}]"),
+      with_motion("pieces: [{until: 20, series: [[0.5], [1]]}]\n  profile: quintic"),
+      with_motion("pieces: [{until: 20, series: [[0.5], [1]]}]\n  final_rates: [0, 0]"),
       with_approach("pieces: [{until: 20, series: [[0.5], [1]]}]"),
-      way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}\n  final_rates: [0, 0]"),
+      with_motion("plan: {}\n  straight_in: {stand_off: 1, duration: 1}\n  final_rates: [0, 0]"),
       with_approach("straight_in: {stand_off: 1, duration: 1}"),
       with_approach("waypoints: [{time: 5}]"),
       with_approach("waypoints: [{joints: [0, 0]}]"),
@@ -190,9 +190,9 @@ TEST(Schema, AcceptsTheSameFilesAsTheReader) {
       {{"    grasp_points", "    geometry: []\n    grasp_points"}},
       {{"mass: 100, inertia: [10, 10, 10]",
         "mass: 100, inertia: [10, 10, 10], geometry: [{shape: sphere, radius: 1}]"}},
-      {way("plan: {}")},
-      {way("plan: {objective: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
-      {way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}"), with_tip("approach_axis: [1, 0, 0]"),
+      {with_motion("plan: {}")},
+      {with_motion("plan: {objective: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
+      {with_motion("plan: {}\n  straight_in: {stand_off: 1, duration: 1}"), with_tip("approach_axis: [1, 0, 0]"),
        with_point("approach_direction: [0, -1, 0]")},
       {with_approach("profile: quintic\n  waypoints: [{time: 5, end_effectors: {tip: {position: [1, 0, 0]}}}]")},
       {with_approach("base_control: {kp: 1, kd: [1, 2, 3], limit: 4}")},
@@ -211,12 +211,13 @@ TEST(Schema, AcceptsTheSameFilesAsTheReader) {
     EXPECT_THAT(faults_of(text), testing::IsEmpty()) << list[0].second;
     EXPECT_TRUE(accepts(scenario_schema(), json_of(text))) << list[0].second;
   }
-  // The file that this names need not be there for the schema.
-  const std::string trajectory = edited(kSmallScenario, {way("trajectory: motion.csv"), {"  duration: 20\n", ""}});
+  // The schema does not require the referenced file to exist.
+  const std::string trajectory =
+      edited(kSmallScenario, {with_motion("trajectory: motion.csv"), {"  duration: 20\n", ""}});
   EXPECT_TRUE(accepts(scenario_schema(), json_of(trajectory)));
 }
 
-// The reader's own validator knows these and no others: a keyword it would ignore must not enter a schema unnoticed.
+// The reader's validator supports only these keywords; a schema must not contain a keyword that it ignores.
 void expect_known_keywords(const Json& schema, const std::string& where) {
   static const std::set<std::string> kKnown{"$schema",
                                             "$ref",
@@ -265,14 +266,14 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
         EXPECT_EQ(below.at("required").size(), 1u) << here;
       }
     } else if (key == "pattern") {
-      EXPECT_EQ(schema.at("type"), (Json{"number", "string"})) << here;  // a number with its unit, of the reader's own
+      EXPECT_EQ(schema.at("type"), (Json{"number", "string"})) << here;  // a number with its unit, a custom keyword
     } else if (key == "minProperties") {
       EXPECT_EQ(value, 1) << here;
     } else if (key == "not" && value.empty()) {
       EXPECT_TRUE(schema.contains("description")) << where;  // the reason
     } else if (key == "not") {
       EXPECT_EQ(value.size(), 1u) << here;
-      EXPECT_LE(value.at("required").size(), 2u) << here;  // of one key: only to tell alternatives apart
+      EXPECT_LE(value.at("required").size(), 2u) << here;  // one key: only to distinguish alternatives
     } else if (key == "if" || key == "then" || key == "items" || (key == "additionalProperties" && value.is_object())) {
       expect_known_keywords(value, here);
     }

@@ -65,7 +65,7 @@ TEST(Shapes, AListOfOneIsThatShapeAndAnEmptyOneNone) {
   const CaptureProblem alone = loaded(scenario_with(kBus, kDish, kPanel));
   const CaptureProblem listed = loaded(scenario_with("[" + kBus + "]", "[" + kDish + "]", "[" + kPanel + "]"));
   EXPECT_TRUE(problem_bytes(alone) == problem_bytes(listed));
-  EXPECT_NE(alone.sha256, listed.sha256);  // of the text
+  EXPECT_NE(alone.sha256, listed.sha256);  // the hash of the text
   const CaptureProblem none = loaded(scenario_with("[]", "[]", "[]"));
   EXPECT_TRUE(problem_bytes(none) == problem_bytes(loaded(kSmallScenario)));
 }
@@ -109,7 +109,7 @@ TEST(Shapes, OverridesNameThemByTheirNumber) {
   EXPECT_THAT(faults_of(text, {{"robot.base.geometry.radius", "1"}}), testing::SizeIs(1));
 }
 
-// What campaigns set in place is what the reader makes of it, to the last bit.
+// Values that campaigns set in place agree with the reader bit for bit.
 TEST(Shapes, NumbersAreSetInPlace) {
   const TemporaryFolder folder;
   const auto path = folder.write(
@@ -178,7 +178,7 @@ TEST(Shapes, MeshesOfAListAreReadAndMoved) {
   EXPECT_EQ(moved.robot.geometry.size(), 2u);
 }
 
-// Pairs of shapes grow with the square of their number.
+// The number of shape pairs grows with the square of the number of shapes.
 TEST(Shapes, ThereIsALimitToTheirNumber) {
   SKIP_UNDER_SANITIZERS();
   const auto many = [](std::size_t count) {
@@ -193,7 +193,7 @@ TEST(Shapes, ThereIsALimitToTheirNumber) {
               ElementsAre(HasSubstr("error: the robot's bodies have 5001 shapes in total, at most 5000 are allowed")));
 }
 
-// A surface is known of a target that is one sphere, not of one that has a sphere among others.
+// A target that is one sphere has a known surface normal; a target with further shapes does not.
 TEST(Shapes, TheNormalOfASphereIsThatOfItsOnlyShape) {
   const std::string ball = "{shape: sphere, radius: 0.5}";
   const CaptureProblem one = loaded(edited(kSmallScenario, {of_ball("[" + ball + "]")}));

@@ -1,4 +1,4 @@
-// Every kind of fault in thrusters and in what is asked of them and of wheels, one at a time.
+// Input errors in thrusters and in commands of thrusters and wheels, one at a time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace thruster_faults_test {
 
 class ThrusterFault : public testing::TestWithParam<FaultCase> {};
 
-// The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
+// Messages are part of the interface: they state the location, the value, the allowed values and a suggestion.
 TEST_P(ThrusterFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
@@ -19,7 +19,8 @@ Edit with_robot(const std::string& keys) { return {"base: {mass: 100,", keys + "
 const Edit kClock{"impact: {duration: 1e-3}", "control: {period: 0.1}\nimpact: {duration: 1e-3}"};
 const std::string kWheel = "wheels: [{name: a, axis: [0, 0, 1], inertia: 0.1, rate: 10}]";
 
-// The first of twelve thrusters, in couples about x, y and z, one way and the other. `more`: keys of the first.
+// The first `count` of twelve thrusters, in pairs with positive and negative torques about x, y and z. `more`: further
+// keys of the first thruster.
 std::string couples(int count, const std::string& more = "") {
   std::string list;
   for (int i = 0; i < count; ++i) {
@@ -40,7 +41,7 @@ const std::vector<FaultCase> kCases{
      {with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}"), kClock},
      {"scenario.yaml:34:43: error: approach.base_control.actuators: thrusters, but the robot has none (thrusters: "
       "[...] in the robot file)"}},
-    {"thrusters_that_turn_one_way_only",
+    {"thrusters_that_turn_in_one_direction",
      {with_robot(couples(10)), with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}"), kClock},
      {"scenario.yaml:35:17: error: approach.base_control: its gains require torque about z, which the robot's "
       "thrusters cannot give in both directions; state the gains per axis, with 0 for axes without control, or "
@@ -49,7 +50,7 @@ const std::vector<FaultCase> kCases{
      {with_robot(couples(12)), with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters}")},
      {"scenario.yaml:35:17: error: approach.base_control: thrusters with pulse_width fire in the periods of the "
       "control clock: control: {period: ...}"}},
-    {"levels_the_wrong_way_round",
+    {"levels_reversed",
      {with_robot(couples(12)), with_approach("base_control: {kp: 1, kd: 1, actuators: thrusters, thrusters: "
                                              "{modulation: schmitt, level_on: 0.2, level_off: 0.3}}")},
      {"scenario.yaml:35:113: error: approach.base_control.thrusters.level_off is 0.3, must be less than level_on, "
@@ -66,8 +67,8 @@ const std::vector<FaultCase> kCases{
     {"dumping_without_wheels",
      {with_robot(couples(12)), with_approach("base_control: {kp: 1, kd: 1, dumping: {above: 2, below: 1, torque: 1}}"),
       kClock},
-     {"scenario.yaml:35:32: error: approach.base_control.dumping: no wheels give the torque, so no momentum "
-      "accumulates that could be dumped"}},
+     {"scenario.yaml:35:32: error: approach.base_control.dumping: momentum dumping requires reaction "
+      "wheels, but base_control does not use any"}},
     {"dumping_without_thrusters",
      {with_robot(kWheel),
       with_approach("base_control: {kp: [0, 0, 1], kd: [0, 0, 1], dumping: {above: 1, below: 2, torque: 1}}"), kClock},
@@ -84,7 +85,7 @@ const std::vector<FaultCase> kCases{
       "robot's thrusters cannot give torque in both directions"}},
     {"wheel_speeds_of_no_wheels",
      {with_approach("base_control: {kp: 1, kd: 1, wheel_speed_rate: 0.1}")},
-     {"scenario.yaml:34:50: error: approach.base_control.wheel_speed_rate: no wheels give the torque"}},
+     {"scenario.yaml:34:50: error: approach.base_control.wheel_speed_rate requires reaction wheels"}},
     {"wheel_speeds_that_do_not_fit",
      {with_robot(kWheel), with_approach("base_control: {kp: [0, 0, 1], kd: [0, 0, 1], wheel_speeds: [20]}")},
      {"scenario.yaml:35:62: error: approach.base_control.wheel_speeds: without wheel_speed_rate the wheels do not "

@@ -1,4 +1,4 @@
-// Approaches from CSV files: what they become, and every kind of fault in one.
+// Approaches from CSV files: values of the samples, and input errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ time, elbow, shoulder
 const char* const kMotionWithRates =
     "time,shoulder,shoulder.rate,elbow,elbow.rate\n0,0.5,0.1,1,0.2\n20,0.25,0.3,0.5,0.4\n";
 
-const Edit kPath = way("trajectory: motion.csv");
+const Edit kPath = with_motion("trajectory: motion.csv");
 const Edit kNoDuration{"  duration: 20\n", ""};
 const Edit kNoJoints{"  joints: {shoulder: 0.5, elbow: 1}", "  base: {}"};
 
@@ -65,7 +65,7 @@ TEST_F(Trajectory, WithRates) {
   EXPECT_THAT(p.joint_rate, ElementsAre(0.1, 0.2));
 }
 
-TEST_F(Trajectory, SaysDurationAndInitialValues) {
+TEST_F(Trajectory, StatesDurationAndInitialValues) {
   const CaptureProblem p = load("time,shoulder,elbow\n0,0.25,-1\n7,0,0\n", {kPath, kNoDuration, kNoJoints});
   EXPECT_EQ(p.approach->duration, 7);
   EXPECT_THAT(p.joint_position, ElementsAre(0.25, -1));
@@ -88,7 +88,7 @@ TEST_F(Trajectory, AgreementHasTolerances) {
   const CaptureProblem ideal = load(near, {kPath});
   EXPECT_EQ(ideal.approach->duration, 20.00000001);
   EXPECT_THAT(ideal.joint_position, ElementsAre(0.5000009, 1));  // ideal tracking begins on the trajectory
-  const CaptureProblem pd = load(near, {way("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}")});
+  const CaptureProblem pd = load(near, {with_motion("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}")});
   EXPECT_THAT(pd.joint_position, ElementsAre(0.5, 1));
   EXPECT_THAT(faults("time,shoulder,elbow\n0,0.5000011,1\n20,0,0\n"),
               ElementsAre(testing::StartsWith("scenario.yaml:20:22: error: initial.joints.shoulder is 0.5, but ")));
@@ -108,7 +108,7 @@ TEST_F(Trajectory, InitialRates) {
   EXPECT_THAT(load(kMotionWithRates, {kPath, agreeing}).joint_rate, ElementsAre(0.1, 0.2));
   const Edit nearly{"  joints: {", "  joint_rates: {shoulder: 0.1000009, elbow: 0.2}\n  joints: {"};
   EXPECT_THAT(load(kMotionWithRates, {kPath, nearly}).joint_rate, ElementsAre(0.1, 0.2));
-  const Edit pd = way("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}");
+  const Edit pd = with_motion("trajectory: motion.csv\n  tracking: {mode: pd, kp: 1, kd: 1}");
   EXPECT_THAT(load(kMotionWithRates, {pd, rates}).joint_rate, ElementsAre(0, 0.5));
   EXPECT_THAT(load(kMotionWithRates, {pd}).joint_rate, ElementsAre(0.1, 0.2));
 }
@@ -138,7 +138,7 @@ TEST_F(Trajectory, BytesEnterTheHash) {
 }
 
 TEST_F(Trajectory, JointMayBeNamedLikeARate) {
-  // The name of a joint goes before the name of a rate.
+  // A joint name has priority over a rate name.
   const CaptureProblem p = load("time,shoulder,shoulder.rate\n0,0.5,1\n20,0,0\n",
                                 {kPath, {"name: elbow", "name: shoulder.rate"}, {"elbow: 1", "shoulder.rate: 1"}});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0)));
@@ -173,7 +173,7 @@ TEST_F(Trajectory, Header) {
               ElementsAre("motion.csv:2:7: error: joint 'elbow' is fixed and has no column"));
 }
 
-// As numpy.savetxt writes it.
+// A header in a comment line, as numpy.savetxt writes it.
 TEST_F(Trajectory, HeaderBehindASign) {
   const CaptureProblem p = load("# made by hand\n# time,shoulder,elbow\n0.0e+00,5e-1,1\n20,0,0\n", {kPath});
   EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0)));
@@ -240,16 +240,16 @@ TEST_F(Trajectory, Files) {
         << text;
   }
   EXPECT_THAT(faults("time,sh\xff"), ElementsAre("motion.csv:1:8: error: the file is not UTF-8 (byte 0xff)"));
-  EXPECT_THAT(faults(kMotion, {way("trajectory: motoin.csv")}),
+  EXPECT_THAT(faults(kMotion, {with_motion("trajectory: motoin.csv")}),
               ElementsAre("scenario.yaml:32:15: error: cannot read the file 'motoin.csv': no such file; did you mean "
                           "'motion.csv'?"));
-  EXPECT_THAT(faults(kMotion, {way("trajectory: .")}), ElementsAre(testing::EndsWith("it is a directory")));
-  // No complaint about initial joints that an unreadable file may say.
-  EXPECT_THAT(faults(kMotion, {way("trajectory: no.csv"), kNoJoints}),
+  EXPECT_THAT(faults(kMotion, {with_motion("trajectory: .")}), ElementsAre(testing::EndsWith("it is a directory")));
+  // No error for missing initial joints, which the unreadable file may state.
+  EXPECT_THAT(faults(kMotion, {with_motion("trajectory: no.csv"), kNoJoints}),
               ElementsAre("scenario.yaml:32:15: error: cannot read the file 'no.csv': no such file"));
   const auto huge = folder_.write("huge.csv", "time\n");
   std::filesystem::resize_file(huge, (64u << 20) + 1);  // sparse
-  EXPECT_THAT(faults(kMotion, {way("trajectory: huge.csv")}),
+  EXPECT_THAT(faults(kMotion, {with_motion("trajectory: huge.csv")}),
               ElementsAre("scenario.yaml:32:15: error: cannot read the file 'huge.csv': it is larger than 64 MB"));
 }
 
@@ -266,12 +266,12 @@ TEST_F(Trajectory, ThereIsAnEndToTheFaults) {
   EXPECT_THAT(found.back(), testing::EndsWith("error: too many errors; further errors are not listed"));
 }
 
-// Whatever happens to a file: it is accepted, or refused with a InputError.
+// A damaged file is accepted or rejected with an InputError.
 TEST_F(Trajectory, OnlySuccessOrInputError) {
-  SKIP_UNDER_SANITIZERS();  // and the fuzzer damages them there
+  SKIP_UNDER_SANITIZERS();  // the fuzzer covers damaged files there
   std::mt19937_64 random(20240607);
   const auto below = [&](std::size_t limit) { return static_cast<std::size_t>(random() % limit); };
-  const std::vector<std::string> pieces{",", "\n", "#", "time", ".rate", "-", "1e308", ".nan", " ", "\t", "0", "\r"};
+  const std::vector<std::string> fragments{",", "\n", "#", "time", ".rate", "-", "1e308", ".nan", " ", "\t", "0", "\r"};
   int accepted = 0, refused = 0;
   for (int i = 0; i < 1000; ++i) {
     std::string csv = i % 2 == 0 ? kMotion : kMotionWithRates;
@@ -280,7 +280,7 @@ TEST_F(Trajectory, OnlySuccessOrInputError) {
       if (below(3) == 0)
         csv[at] = static_cast<char>(random() & 0xff);
       else if (below(2) == 0)
-        csv.insert(at, pieces[below(pieces.size())]);
+        csv.insert(at, fragments[below(fragments.size())]);
       else
         csv.erase(at, 1 + below(10));
     }

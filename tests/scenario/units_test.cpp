@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// kSmallScenario with a joint that slides, and with gains.
+// kSmallScenario with a prismatic joint and with gains.
 std::string sliding(const std::vector<Edit>& edits = {}) {
   std::string text = edited(kSmallScenario, {{"name: elbow, type: revolute", "name: elbow, type: prismatic"}});
   return edited(text, edits);
@@ -116,7 +116,7 @@ TEST(ScenarioUnits, OfJointsThatSlide) {
                                   "  tracking: {mode: pd, kp: {shoulder: 5 N m/rad, elbow: 3 kN/m}, "
                                   "kd: {shoulder: 5 N m s/rad, elbow: 3 N s/mm}}\n  final_rates"}})),
               IsEmpty());
-  // One number for all, of joints of both kinds, can have no unit.
+  // One number for revolute and prismatic joints cannot have a unit.
   EXPECT_THAT(faults_of(sliding({{"  final_rates", "  tracking: {mode: pd, kp: 5 N m/rad, kd: 3}\n  final_rates"}})),
               ElementsAre(HasSubstr("approach.tracking.kp is in N m/rad, but joint 'elbow' slides")));
 }

@@ -1,4 +1,4 @@
-/// No heap allocation per evaluation of the right-hand side, with everything switched on.
+/// No heap allocation per evaluation of the right-hand side, with all features enabled.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ TEST(PhaseDynamics, AllocatesNothingPerEvaluation) {
   if (!kTrapWorks) GTEST_SKIP() << "the sanitizer has its own allocator";
   Random random(2);
   RobotOptions options;
-  options.least_bodies = 9, options.most_bodies = 9;
+  options.min_bodies = 9, options.max_bodies = 9;
   options.targets = 1;
   const Model model = with_friction(random_model(options, random), 0.2, 0.1, 1);
   const State start = random_state(model, random, 0.3);

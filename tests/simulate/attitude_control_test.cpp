@@ -16,7 +16,7 @@ State turned(const Model& model, const Rotationd& R_WB) {
   return state;
 }
 
-// About one principal axis the law is linear: a damped oscillation, the centre of mass at rest.
+// Rotation about one principal axis: a linear damped oscillation with the centre of mass at rest.
 TEST(AttitudeControl, IsTheDampedOscillatorAboutOneAxis) {
   const Vector3d com{0.3, -0.2, 0.1};
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4), com);
@@ -41,7 +41,7 @@ TEST(AttitudeControl, IsTheDampedOscillatorAboutOneAxis) {
     EXPECT_LT(off, 1e-11);   // measured 1.1e-12
     EXPECT_LT(lost, 1e-12);  // measured 4.1e-13
     EXPECT_EQ(o.integrals.motor_work, 0);
-    EXPECT_GT(o.end_state.v[axis] * o.end_state.v[axis], 1e-6);  // still moving
+    EXPECT_GT(o.end_state.v[axis] * o.end_state.v[axis], 1e-6);  // the body still rotates
   }
 }
 
@@ -63,7 +63,7 @@ TEST(AttitudeControl, SaturatesByAxis) {
   });
 }
 
-// The torque points back along the shorter way, also just short of and beyond half a turn, for any sign of q.
+// The torque acts along the shorter rotation, also slightly below and above half a turn, for either sign of q.
 TEST(AttitudeControl, TakesShorterRotationUpToHalfTurn) {
   AttitudeControl control;
   control.R_WD = rotation_about({0.48, 0.6, 0.64}, 2.5);
@@ -82,7 +82,7 @@ TEST(AttitudeControl, TakesShorterRotationUpToHalfTurn) {
   }
 }
 
-// From rest at nearly half a turn, a stiff and well-damped controller brings any body home.
+// From rest at nearly half a turn, a stiff and well-damped controller returns any body to the reference attitude.
 TEST(AttitudeControl, ReturnsFromHalfTurn) {
   for (int i = 0; i < 5; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -1,4 +1,4 @@
-/// Times at which trajectories and loads are not smooth: steps end there, whatever jumps.
+/// Breaks: times at which trajectories or loads are not smooth. Integration steps end there.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,16 +17,16 @@ using ::testing::ElementsAre;
 
 constexpr double kJoin = 1.0 / 3;
 
-// A robot whose joints follow two cubics each, with a jump in acceleration at the join.
+// A robot with two cubic segments per joint and a jump in acceleration at the join.
 struct Jumping {
   Model model;
   State start;
-  PhaseSetup whole, first, second;  // the trajectories, and their two halves alone
+  PhaseSetup whole, first, second;  // the trajectories, and their two halves separately
 };
 Jumping jumping_robot(int i, JointControl control) {
   Random random(i);
   RobotOptions options;
-  options.least_bodies = 5, options.most_bodies = 8;
+  options.min_bodies = 5, options.max_bodies = 8;
   Jumping r{random_model(options, random), {}, {}, {}, {}};
   r.start = random_state(r.model, random, 0.3);
   for (int b : r.model.joints()) {
@@ -40,9 +40,9 @@ Jumping jumping_robot(int i, JointControl control) {
                                        std::vector<double>{v, random.uniform(-1, 1), random.uniform(-1, 1)});
     r.whole.drives.push_back(d);
     JointDrive half = d;
-    half.trajectory.pieces.pop_back();
+    half.trajectory.segments.pop_back();
     r.first.drives.push_back(half);
-    half.trajectory.pieces[0] = d.trajectory.pieces[1];
+    half.trajectory.segments[0] = d.trajectory.segments[1];
     r.second.drives.push_back(half);
   }
   return r;
@@ -69,17 +69,17 @@ TEST_P(Jump, IntegratesAsTwoPhases) {
     ASSERT_TRUE(one.finished && b.finished);
     EXPECT_LT(worst.note(difference(one.end_state, b.end_state), i), 1e-10);
     EXPECT_NEAR(one.integrals.motor_work, a.integrals.motor_work + b.integrals.motor_work, 1e-9);
-    // Two phases start twice, with short first steps; one must not cost more.
+    // Two phases have two starts with short first steps; one phase with a break must not need more steps.
     EXPECT_LE(static_cast<double>(one.steps + one.rejected),
               1.05 * static_cast<double>(a.steps + a.rejected + b.steps + b.rejected) + 3);
-    if (GetParam() == JointControl::pd) continue;  // backwards its damping blows up
+    if (GetParam() == JointControl::pd) continue;  // PD damping is unstable backwards in time
     const PhaseOutcome returned = simulate_phase(whole, one.end_state, 1, 0, 0, {});
     ASSERT_TRUE(returned.finished);
     EXPECT_LT(back.note(difference(returned.end_state, r.start), i), 1e-9);
   }
 }
 
-// What breaks are for: the same right-hand side, integrated straight across the jump, piles up rejected steps.
+// Integration of the same right-hand side across the jump, without a break, causes many rejected steps.
 TEST(Breaks, SaveRejectedSteps) {
   long with = 0, apart = 0, without = 0;
   for (int i = 0; i < 10; ++i) {
@@ -102,7 +102,7 @@ TEST(Breaks, SaveRejectedSteps) {
   EXPECT_GT(without, 4 * with);
 }
 
-TEST(Breaks, Rk4KeepsItsOrder) {
+TEST(Breaks, Rk4RetainsItsOrder) {
   const Jumping r = jumping_robot(3, JointControl::prescribed);
   PhaseDynamics dynamics(r.model, r.whole);
   const State fine = simulate_phase(dynamics, r.start, 0, 1, 0, {}).end_state;
@@ -112,7 +112,7 @@ TEST(Breaks, Rk4KeepsItsOrder) {
     setup.step = step;
     return difference(simulate_phase(dynamics, r.start, 0, 1, 0, setup).end_state, fine);
   };
-  // Neither has a step's end at 1/3. Were the jump inside a step, the error would fall by 16 at most, not by 256.
+  // Neither step size divides 1/3. With the jump inside a step, the error would decrease by at most 16, not by 256.
   const double coarse = error(1.0 / 20), fine_step = error(1.0 / 80);
   std::printf("[ measured ] RK4 across a jump: %.3g, %.3g\n", coarse, fine_step);
   EXPECT_GT(coarse / fine_step, 100);
@@ -132,7 +132,7 @@ TEST(Breaks, SampleAtBreakHasLaterLimit) {
   simulate_phase(dynamics, turning(model, 0), 0, 2, 0.5, {}, note);
   EXPECT_THAT(times, ElementsAre(0, 0.5, 1, 1.5, 2));
   EXPECT_NEAR(efforts[0], 6 * kWheelInertia, 1e-12);
-  EXPECT_NEAR(efforts[2], -6 * kWheelInertia, 1e-12);  // both pieces: decelerating, then accelerating back
+  EXPECT_NEAR(efforts[2], -6 * kWheelInertia, 1e-12);  // both segments: decelerating, then accelerating back
   simulate_phase(dynamics, turning(model, 0), 0, 1, 0, {}, note);
   EXPECT_NEAR(efforts.back(), -6 * kWheelInertia, 1e-12);
   times.clear(), efforts.clear();
@@ -141,16 +141,16 @@ TEST(Breaks, SampleAtBreakHasLaterLimit) {
   PhaseDynamics stops(model, setup);
   simulate_phase(stops, turning(model, 0), 0, 2, 0.25, {}, note);
   EXPECT_EQ(times.size(), 9u);
-  EXPECT_NEAR(efforts[4], 0, 1e-12);  // what follows is rest
+  EXPECT_NEAR(efforts[4], 0, 1e-12);  // the next segment is at rest
   simulate_phase(stops, turning(model, 0), 0, 1, 0, {}, note);
-  EXPECT_NEAR(efforts.back(), -6 * kWheelInertia, 1e-12);  // what led there is braking
+  EXPECT_NEAR(efforts.back(), -6 * kWheelInertia, 1e-12);  // the previous segment decelerates
   efforts.clear();
   State end = turning(model, 0, 1);
   simulate_phase(stops, end, 2, 0, 1, {}, note);  // backwards, at t = 2, 1, 0
   EXPECT_NEAR(efforts[1], -6 * kWheelInertia, 1e-12);
 }
 
-// x = F/m (dt^2/2 + dt (t - end)) after a push of length dt: a jump of the force costs nothing in accuracy.
+// x = F/m (dt^2/2 + dt (t - end)) after a push of length dt: a jump of the force does not reduce the accuracy.
 TEST(Breaks, PushIsExact) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1));
   PhaseSetup setup;
@@ -179,7 +179,7 @@ TEST(Breaks, EqualUpToRoundingCountOnce) {
   EXPECT_THAT(PhaseDynamics(model, setup).breaks(0, 2), ElementsAre(0.3, 1));
 }
 
-// Ten thousand breaks at a rate that no joint would notice: a step or so for each, no rejections.
+// Ten thousand breaks with negligible jumps: about one step per break and few rejected steps.
 TEST(Breaks, Many) {
   const Model model = flywheel({});
   std::vector<double> times, positions, rates;

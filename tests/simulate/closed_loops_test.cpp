@@ -8,7 +8,8 @@
 namespace grapnel::testing {
 namespace closed_loops_test {
 
-// A four-bar on the ground: crank of 0.4 m, coupler 1.1 m, rocker 0.9 m, ground 1.2 m: the crank can turn (Grashof).
+// A four-bar on the ground: crank of 0.4 m, coupler 1.1 m, rocker 0.9 m, ground 1.2 m: the crank can rotate fully
+// (Grashof).
 struct Linkage {
   static constexpr double crank = 0.4, coupler = 1.1, rocker = 0.9, ground = 1.2;
   Model model;
@@ -51,7 +52,7 @@ Linkage linkage(const JointFriction& friction = {}) {
   return l;
 }
 
-// The rocker's and the coupler's directions against the ground line, the coupler above: two circles that meet.
+// Directions of rocker and coupler relative to the ground line, with the coupler above: intersection of two circles.
 struct Shape {
   double rocker, coupler;
 };
@@ -88,7 +89,7 @@ PhaseSetup closed(const Linkage& l) {
 
 double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * std::acos(-1.0))); }
 
-// The number of evaluations does not change the states: the end is identical to the last bit.
+// The number of evaluations does not change the states: the end states are equal, bit for bit.
 TEST(ClosedPhase, OutputDoesNotChangeMotion) {
   const Linkage l = linkage();
   std::vector<State> ends;
@@ -102,7 +103,7 @@ TEST(ClosedPhase, OutputDoesNotChangeMotion) {
   EXPECT_EQ(ends[0].v, ends[2].v);
 }
 
-// Between steps as well: every output is on the closures and on the linkage's known shape, and keeps the energy.
+// Also between steps, every output satisfies the closures and the linkage's geometry and conserves energy.
 TEST(ClosedPhase, EveryOutputIsClosed) {
   const Linkage l = linkage();
   PhaseDynamics dynamics(l.model, closed(l));
@@ -123,7 +124,7 @@ TEST(ClosedPhase, EveryOutputIsClosed) {
   EXPECT_LT(open, 1e-13);   // measured 7.8e-15
   EXPECT_LT(wrong, 1e-13);  // measured 6e-15
   EXPECT_LT(drift, 1e-10);  // measured 6.6e-12
-  EXPECT_GT(turned, 6.3);   // whole turns
+  EXPECT_GT(turned, 6.3);   // full rotations
   EXPECT_EQ(o.loops.rows, 5);
   EXPECT_EQ(o.loops.rank, 2);
   EXPECT_LT(o.loops.correction_total, o.loops.integration_error);
@@ -140,7 +141,7 @@ TEST(ClosedPhase, RunsBackToStart) {
   PhaseDynamics back(l.model, closed(l));
   const PhaseOutcome p = simulate_phase(back, o.end_state, 3, 0, 0.5, {}, {});
   ASSERT_TRUE(p.finished) << p.failure;
-  EXPECT_LT(difference(p.end_state, from), 1e-8);  // the start's rates are by differences: 1e-10
+  EXPECT_LT(difference(p.end_state, from), 1e-8);  // the initial rates are finite differences with errors of 1e-10
 }
 
 TEST(ClosedPhase, ClosedAtStopCondition) {
@@ -155,7 +156,7 @@ TEST(ClosedPhase, ClosedAtStopCondition) {
   EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, o.end_state)).position, 1e-14);
 }
 
-// A motor that turns the crank exactly as prescribed moves the rocker by the linkage's geometry, and does the work.
+// A motor with prescribed crank motion moves the rocker according to the linkage's geometry and does the work.
 TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   const Linkage l = linkage({0.3, 0, 0.1});
   PhaseSetup setup = closed(l);
@@ -209,8 +210,8 @@ TEST(ClosedPhase, ContradictoryDrivesEndWithReason) {
   std::printf("[ measured ] %d samples; %s\n", samples, o.failure.c_str());
 }
 
-// Two motors with prescribed constant rates that contradict the loop: refused at the start, with the row, before any
-// motion; the same rates in the linkage's own proportion are accepted.
+// Two motors with prescribed constant rates that contradict the loop: rejected at the start with the row. Rates in the
+// ratio given by the linkage are accepted.
 TEST(ClosedPhase, ContradictoryRatesRejectedAtStart) {
   const Linkage l = linkage();
   const State from = start(l, 1.0, 0.5);
@@ -233,7 +234,7 @@ TEST(ClosedPhase, ContradictoryRatesRejectedAtStart) {
   }
 }
 
-// A start that is not closed is closed, if it is near, and otherwise refused with what remains.
+// A nearly closed initial state is projected onto the closures. Otherwise it is rejected with the remaining gap.
 TEST(ClosedPhase, RejectsOpenStart) {
   const Linkage l = linkage();
   State near = start(l, 1.0, 1.0);
@@ -245,7 +246,7 @@ TEST(ClosedPhase, RejectsOpenStart) {
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_GT(o.loops.unprojected.position, 5e-4);
   EXPECT_GT(o.loops.correction_total, o.loops.integration_error);
-  // Links far too short to meet.
+  // Links that are too short to close the loop.
   Linkage apart = linkage();
   apart.closures[0].X_BD.p = {-9, 0, 0};
   PhaseDynamics never(apart.model, closed(apart));

@@ -1,4 +1,4 @@
-/// Computed-torque control: exact tracking, decay of errors, limits, friction, company of other controls.
+/// Computed-torque control: exact tracking, decay of errors, limits, friction, combination with other controls.
 
 #include <gtest/gtest.h>
 
@@ -11,14 +11,14 @@
 namespace grapnel::testing {
 namespace computed_torque_test {
 
-constexpr double kStiffness = 25, kDamping = 10;  // critical: both poles at -5 1/s
+constexpr double kStiffness = 25, kDamping = 10;  // critically damped: both poles at -5 1/s
 
 void set_gains(std::vector<JointDrive>& drives) {
   for (JointDrive& d : drives) {
     if (d.control == JointControl::computed_torque) d.kp = kStiffness, d.kd = kDamping;
   }
 }
-// What is known to the controller besides the robot: i selects.
+// Environment known to the controller, selected by i: a held base, gravity, or loads with attitude control.
 void surround(const Model& model, int i, PhaseSetup& setup, State& start, Random& random) {
   const int base = model.body_index("b0");
   if (i % 4 == 1) {
@@ -37,7 +37,7 @@ void surround(const Model& model, int i, PhaseSetup& setup, State& start, Random
   }
 }
 
-// Largest error of the joints under this control, in position and rate.
+// Largest position or rate error of the joints under this control.
 double tracking_error(const Model& model, const PhaseSetup& setup, const PhaseSample& s, JointControl control) {
   double largest = 0;
   for (std::size_t j = 0; j < setup.drives.size(); ++j) {
@@ -55,7 +55,7 @@ TEST(ComputedTorque, TracksExactlyFromMatchingStart) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 3, options.most_bodies = 10;
+    options.min_bodies = 3, options.max_bodies = 10;
     options.targets = i % 2;
     const Model model = random_model(options, random);
     State start = random_state(model, random, 0.3);
@@ -76,14 +76,14 @@ TEST(ComputedTorque, TracksExactlyFromMatchingStart) {
   }
 }
 
-// Off the path the error is that of x'' + 10 x' + 25 x = 0, in every joint by itself.
+// The error of every joint separately satisfies x'' + 10 x' + 25 x = 0.
 TEST(ComputedTorque, ErrorsDecayAsASecondOrderSystem) {
   Worst worst("errors against (e0 + (v0 + 5 e0) t) exp(-5 t)");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 4, options.most_bodies = 8;
+    options.min_bodies = 4, options.max_bodies = 8;
     const Model model = random_model(options, random);
     State start = random_state(model, random, 0.3);
     PhaseSetup setup;
@@ -116,7 +116,7 @@ TEST(ComputedTorque, SaturatesAtEffortLimit) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 4, options.most_bodies = 7;
+    options.min_bodies = 4, options.max_bodies = 7;
     const double limit = 1.5;
     const Model model = with_friction(random_model(options, random), 0, 0, limit);
     const State start = random_state(model, random, 0.2);
@@ -142,7 +142,7 @@ TEST(ComputedTorque, SaturatesAtEffortLimit) {
   EXPECT_GT(free, 50);
 }
 
-// A wheel far from its reference: full torque, as hand computes.
+// A wheel far from its reference: maximum torque, motion in closed form.
 TEST(ComputedTorque, SaturatedTorqueAccelerates) {
   const Model model = flywheel({}, 0.2);
   PhaseSetup setup;
@@ -154,7 +154,7 @@ TEST(ComputedTorque, SaturatedTorqueAccelerates) {
   });
 }
 
-// The controller does not know friction: theta'' = kp (1 - theta) - (kd + c/I) theta'.
+// The controller does not compensate friction: theta'' = kp (1 - theta) - (kd + c/I) theta'.
 TEST(ComputedTorque, FrictionDisturbsIt) {
   const double viscous = 1.3, kp = 9, kd = 2;
   const Model model = flywheel({viscous, 0, 1e-3});
@@ -172,8 +172,8 @@ TEST(ComputedTorque, FrictionDisturbsIt) {
               0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], 1e-11);
 }
 
-// With all four controls side by side: without friction computed torque still tracks exactly, with it not, and the
-// balance of energy holds.
+// All four controls combined: computed torque tracks exactly only without friction. The energy balance holds in both
+// cases.
 TEST(ComputedTorque, CombinesWithOtherControls) {
   Worst tracking("computed torque beside free, PD and prescribed joints"), energy("work-energy of the mixture");
   Worst disturbed("the same with friction");
@@ -181,7 +181,7 @@ TEST(ComputedTorque, CombinesWithOtherControls) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 6, options.most_bodies = 10;
+    options.min_bodies = 6, options.max_bodies = 10;
     const Model model =
         i % 2 == 0 ? random_model(options, random) : with_friction(random_model(options, random), 0.4, 0.1);
     const State start = random_state(model, random, 0.3);

@@ -1,4 +1,4 @@
-/// Gravity, a held root and the ground: impulse, work, and closed forms.
+/// Gravity, a held root and a fixed base: impulse, work, and closed forms.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ INSTANTIATE_TEST_SUITE_P(All, External,
                                            Surroundings{"fixed_under_gravity", Root::fixed, {0.3, 0.2, -9.81}}),
                          [](const auto& test) { return test.param.name; });
 
-// Momentum(t) - momentum(0) = impulse of what acts from outside; the same for energy and work.
+// The change of momentum equals the external impulse; the change of energy equals the work.
 TEST_P(External, ImpulseAndWorkBalance) {
   const Surroundings& p = GetParam();
   Worst momentum(std::string("momentum less external impulse, over the largest momentum, ") + p.name);
@@ -37,7 +37,7 @@ TEST_P(External, ImpulseAndWorkBalance) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.most_bodies = 10;
+    options.max_bodies = 10;
     options.free_root = p.root != Root::fixed;
     options.targets = i % 2;
     const Model model = with_friction(random_model(options, random), 0.2, 0);
@@ -52,11 +52,11 @@ TEST_P(External, ImpulseAndWorkBalance) {
     PhaseDynamics dynamics(model, setup);
     const Totals before = totals(model, start);
     const Posed X_WB = root_pose(model, start, base);
-    double largest = size(before.momentum), off = 0, most = before.energy, lost = 0, most_impulse = 0;
+    double largest = size(before.momentum), off = 0, most = before.energy, lost = 0, max_impulse = 0;
     const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.2, {}, [&](const PhaseSample& s) {
       const Totals now = totals(model, s.state);
       largest = std::max(largest, size(now.momentum));
-      most_impulse = std::max(most_impulse, size(s.integrals.external_impulse));
+      max_impulse = std::max(max_impulse, size(s.integrals.external_impulse));
       off = std::max(off, size(now.momentum - before.momentum - s.integrals.external_impulse));
       most = std::max(most, now.energy);
       lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work -
@@ -67,7 +67,7 @@ TEST_P(External, ImpulseAndWorkBalance) {
       }
     });
     ASSERT_TRUE(o.finished) << o.failure;
-    EXPECT_GT(most_impulse, 0.01);
+    EXPECT_GT(max_impulse, 0.01);
     // The impulse is integrated without error control: 2e-12 here, 4e-10 over six other seeds.
     EXPECT_LT(momentum.note(off / largest, i), 5e-9);
     EXPECT_LT(energy.note(lost / most, i), 1e-9);
@@ -95,7 +95,7 @@ TEST(Gravity, CentreOfMassFallsOnAParabola) {
   EXPECT_TRUE(o.finished);
 }
 
-// A pendulum on the ground: period by the arithmetic-geometric mean, ground force by hand at the lowest point.
+// A pendulum on the ground: period by the arithmetic-geometric mean, ground force in closed form at the lowest point.
 TEST(FixedRoot, PendulumPeriodAndEnergy) {
   BodyDescription ground, bob;
   ground.name = ground.joint.name = "ground";
@@ -127,7 +127,7 @@ TEST(FixedRoot, PendulumPeriodAndEnergy) {
   EXPECT_NEAR(o.end_state.q[0], 1.9, 1e-11);
   EXPECT_NEAR(o.end_state.v[0], 0, 1e-11);
   EXPECT_NEAR(o.integrals.external_work, 0, 1e-10);
-  // Over a period the ground and gravity cancel; about the pivot neither gives the mean moment.
+  // Over a period the linear impulses of ground and gravity cancel.
   EXPECT_LT(norm(o.integrals.external_impulse.linear), 1e-10);
   const PhaseOutcome half = simulate_phase(dynamics, start, 0, period / 4, 0, {});
   EXPECT_NEAR(half.end_state.q[0], 0, 1e-10);

@@ -130,14 +130,14 @@ ExternalLoad random_load(const Model& model, int i, Random& random) {
   return load;
 }
 
-// Momentum and energy change by the impulse and the work of the loads, and of attitude control, whatever else acts.
+// Momentum and energy change by impulse and work of loads and attitude control, also with joint control and friction.
 TEST(ExternalLoad, ImpulseAndWorkBalance) {
   Worst momentum("momentum less impulse of loads, over the largest"), energy("energy less work of loads");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 3, options.most_bodies = 9;
+    options.min_bodies = 3, options.max_bodies = 9;
     options.targets = 1;
     options.free_root = i % 6 != 0;
     const Model model = with_friction(random_model(options, random), 0.2, 0);
@@ -169,7 +169,7 @@ TEST(ExternalLoad, ImpulseAndWorkBalance) {
     ASSERT_TRUE(o.finished) << o.failure;
     EXPECT_GT(work, 0.05);
     EXPECT_GT(impulse, 1);
-    // 4.3e-13 and 1.8e-13 over five seeds; 2.6e-11 and 7.3e-12 at the default tolerances: truncation.
+    // Measured 4.3e-13 and 1.8e-13 over five seeds; 2.6e-11 and 7.3e-12 at the default tolerances, due to truncation.
     EXPECT_LT(momentum.note(off / largest, i), 1e-11);
     EXPECT_LT(energy.note(lost / most, i), 1e-11);
   }
@@ -227,11 +227,11 @@ TEST(ExternalLoad, HalfSineImpulse) {
   EXPECT_LT(norm(o.integrals.external_impulse.linear - share * Vector3d{7, -3, 2}), 1e-12);
   EXPECT_LT(norm(cross(com, o.integrals.external_impulse.linear) - o.integrals.external_impulse.angular), 1e-12);
   EXPECT_NEAR(o.integrals.external_work, share * share * 62 / (2 * 3), 1e-12);  // 62 = 7^2 + 3^2 + 2^2
-  // The centre of mass has moved, on average, with half the speed during the push, which is symmetric in time.
+  // The push is symmetric in time: the mean velocity of the centre of mass during it is half the final velocity.
   EXPECT_LT(norm(end.com - com - (share * (0.25 + 1.2) / 3) * Vector3d{7, -3, 2}), 1e-12);
 }
 
-// A thruster on a turning body pushes around; a force with fixed direction does not.
+// A body-fixed force rotates with the body; a force in W has a fixed direction.
 TEST(ExternalLoad, BodyFrameRotates) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 1.5));
   State start = zero_state(model);

@@ -1,5 +1,5 @@
-/// Nothing acts from outside: exact torque-free motion, recovered against integrated base velocities, backwards,
-/// limits.
+/// Motion without external forces: exact torque-free motion, recovered against integrated base velocities, backward
+/// integration, limits.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ Jacobi jacobi(double u, double m) {
   return {sn, std::cos(phi), std::sqrt(1 - m * sn * sn)};
 }
 
-// A tumbling target, I1 > I2 > I3 and h^2 > 2 T I2, its frame off its centre of mass: w = (A dn, B sn, C cn) of l t
-// (Landau & Lifshitz, Mechanics, section 37), h constant.
+// A tumbling target with I1 > I2 > I3 and h^2 > 2 T I2, and a frame away from its centre of mass: w = (A dn, B sn, C
+// cn) of l t (Landau & Lifshitz, Mechanics, section 37), h constant.
 TEST(FreeBody, TriaxialTargetIsJacobis) {
   const double I1 = 3, I2 = 2, I3 = 1.3, A = 1.1, C = 0.4;
   const double l = A * std::sqrt((I1 - I2) * (I1 - I3) / (I2 * I3));
@@ -95,7 +95,7 @@ struct Robot {
 Robot random_robot(int i, JointControl control = JointControl::free) {
   Random random(i);
   RobotOptions options;
-  options.most_bodies = 8;
+  options.max_bodies = 8;
   options.targets = i % 2;
   Model model = random_model(options, random);
   State state = random_state(model, random, 0.4);
@@ -103,8 +103,8 @@ Robot random_robot(int i, JointControl control = JointControl::free) {
   return {std::move(model), std::move(state), std::move(drives)};
 }
 
-// Momentum of every tree about its own centre of mass, body by body. (About a fixed point the error of the path of the
-// centre of mass, which is integrated, would enter.)
+// Momentum of every tree about its centre of mass, summed over bodies. (About a fixed point the integration error of
+// the centre of mass would contribute.)
 std::vector<Momentumd> tree_momenta(const Model& model, const State& state) {
   const Kinematics k = forward_kinematics(model, state);
   std::vector<Momentumd> momenta;
@@ -119,7 +119,7 @@ std::vector<Momentumd> tree_momenta(const Model& model, const State& state) {
 struct Drift {
   double linear = 0, angular = 0;
 };
-Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, State& end, MomentumDefect& mended) {
+Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, State& end, MomentumDefect& correction) {
   PhaseSetup setup;
   setup.drives = r.drives;
   setup.recover_roots = recover;
@@ -137,7 +137,7 @@ Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, S
   });
   EXPECT_TRUE(o.finished) << o.failure;
   end = o.end_state;
-  mended = o.momentum_corrected;
+  correction = o.momentum_corrected;
   return d;
 }
 
@@ -151,15 +151,15 @@ TEST(RecoveredRoots, RoundingLevelDriftAtLooseTolerance) {
                                     : i % 3 == 1 ? JointControl::prescribed
                                                  : JointControl::free);
     State end;
-    MomentumDefect mended;
-    const Drift with = drift(r, true, loose, end, mended);
+    MomentumDefect correction;
+    const Drift with = drift(r, true, loose, end, correction);
     EXPECT_LT(recovered.note(std::max(with.linear, with.angular), i), 1e-12);
-    EXPECT_GT(mended.linear + mended.angular, 0);
-    const Drift without = drift(r, false, loose, end, mended);
+    EXPECT_GT(correction.linear + correction.angular, 0);
+    const Drift without = drift(r, false, loose, end, correction);
     integrated.note(std::max(without.linear, without.angular), i);
-    EXPECT_EQ(mended.linear + mended.angular, 0);
+    EXPECT_EQ(correction.linear + correction.angular, 0);
   }
-  EXPECT_GT(integrated.value(), 1e-9);  // what recovering saves
+  EXPECT_GT(integrated.value(), 1e-9);  // drift that recovery avoids
 }
 
 TEST(RecoveredRoots, AgreeWithIntegratedOnes) {
@@ -170,9 +170,9 @@ TEST(RecoveredRoots, AgreeWithIntegratedOnes) {
                                     : i % 3 == 1 ? JointControl::prescribed
                                                  : JointControl::free);
     State a, b;
-    MomentumDefect mended;
-    drift(r, true, {}, a, mended);
-    drift(r, false, {}, b, mended);
+    MomentumDefect correction;
+    drift(r, true, {}, a, correction);
+    drift(r, false, {}, b, correction);
     EXPECT_LT(worst.note(difference(a, b), i), 1e-7);
   }
 }
@@ -204,7 +204,7 @@ TEST(SimulatePhase, SamplesAtGridAndEnd) {
   EXPECT_THAT(times, ::testing::ElementsAre(1, 1.3, 1.6, 1.9, 2));
   times.clear();
   simulate_phase(dynamics, r.state, 0, 1, 0.1, {}, note);
-  ASSERT_EQ(times.size(), 11u);  // not twice at the end, although 10 * 0.1 rounds
+  ASSERT_EQ(times.size(), 11u);  // one sample at the end, although 10 * 0.1 rounds
   EXPECT_EQ(times.back(), 1);
   times.clear();
   simulate_phase(dynamics, r.state, 0, 1, 0, {}, note);

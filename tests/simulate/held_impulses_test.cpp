@@ -1,5 +1,5 @@
-/// Work and momentum of what holds ideally (the ground, a held base, joints that move as prescribed, wheels at their
-/// largest rates) while joints meet their stops or come to rest.
+/// Work and momentum of ideal constraints (fixed base, held base, prescribed joints, wheels at their maximum rates)
+/// while joints hit their stops or come to rest.
 
 #include <gtest/gtest.h>
 
@@ -17,14 +17,14 @@ enum class Base { floating, held, fixed };
 struct Holding {
   const char* name;
   Base base;
-  bool drives;  // every other joint moves as prescribed
-  bool wheels;  // the base has wheels, one at its largest rate
+  bool drives;  // every second joint has prescribed motion
+  bool wheels;  // the base has wheels, one at its maximum rate
 };
 void PrintTo(const Holding& value, std::ostream* out) { *out << value.name; }
 
 constexpr double kLargestRate = 30;
 
-// A random robot's joints with stops and sticking friction; with wheels on the base.
+// Adds stops and sticking friction to the joints of a random robot, and wheels to the base if required.
 Model with_stops(const Model& model, const State& state, const Holding& p, Random& random) {
   ModelBuilder builder;
   for (const Body& b : model.bodies()) {
@@ -52,7 +52,7 @@ Model with_stops(const Model& model, const State& state, const Holding& p, Rando
   return builder.build();
 }
 
-// Drives wheels on: one that is at its largest rate is held there.
+// Accelerates the wheels: a wheel at its maximum rate is held there.
 struct ConstantTorque : Controller {
   void update(const ControlInput&, ControlCommand& command) override { command.base_torque = {-0.5, 0.1, 0.2}; }
 };
@@ -104,7 +104,7 @@ TEST_P(HeldImpulses, AreInTheBalances) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 4, options.most_bodies = 7, options.targets = 0;
+    options.min_bodies = 4, options.max_bodies = 7, options.targets = 0;
     options.free_root = p.base != Base::fixed;
     const Model plain = random_model(options, random);
     const Model model = with_stops(plain, random_state(plain, random, 0), p, random);

@@ -1,4 +1,4 @@
-/// What drives joints: prescribed motion, PD with limits, friction; their work.
+/// Joint control: prescribed motion, PD with limits, friction, and their work.
 
 #include <gtest/gtest.h>
 
@@ -89,12 +89,12 @@ TEST(PrescribedJoints, FollowTheirPathExactly) {
   }
 }
 
-// A stiffer PD follows closer; in the limit base and joints move as with prescribed joints.
+// A stiffer PD control tracks more closely; its limit is the motion with prescribed joints.
 TEST(PD, ConvergesToIdealTracking) {
   SKIP_UNDER_SANITIZERS();
   Random random(5);
   RobotOptions options;
-  options.least_bodies = 7, options.most_bodies = 7;
+  options.min_bodies = 7, options.max_bodies = 7;
   const Model model = random_model(options, random);
   const State start = random_state(model, random, 0.3);
   PhaseSetup setup;
@@ -113,7 +113,7 @@ TEST(PD, ConvergesToIdealTracking) {
   std::printf("[ measured ] PD against ideal tracking: %.3g at 1e4, %.3g at 1e6\n", soft, hard);
   EXPECT_LT(soft, 0.1);
   EXPECT_LT(hard, 1e-3);
-  EXPECT_LT(hard, soft / 8);  // the lag falls with kd/kp at least
+  EXPECT_LT(hard, soft / 8);  // the lag decreases at least like kd/kp
 }
 
 struct Mode {
@@ -135,7 +135,7 @@ TEST_P(Work, EqualsChangeOfEnergy) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.most_bodies = 10;
+    options.max_bodies = 10;
     options.targets = i % 2;
     const Model model = with_friction(random_model(options, random), 0.5, 0.3, i % 3 == 0 ? 5.0 : 1e9);
     if (model.joints().empty()) continue;
@@ -149,7 +149,7 @@ TEST_P(Work, EqualsChangeOfEnergy) {
       const double T = totals(model, s.state).energy;
       largest = std::max(largest, T);
       off = std::max(off, std::abs(T - before - s.integrals.motor_work - s.integrals.friction_work));
-      EXPECT_LE(s.integrals.friction_work, friction_before);  // it only takes
+      EXPECT_LE(s.integrals.friction_work, friction_before);  // friction never adds energy
       friction_before = s.integrals.friction_work;
       EXPECT_EQ(s.integrals.external_work, 0);
       for (std::size_t j = 0; j < s.friction.size(); ++j) {
@@ -172,11 +172,11 @@ TEST_P(Work, EqualsChangeOfEnergy) {
   }
 }
 
-// The carried integrals against Simpson's rule over what samples report.
+// The integrals of the phase against Simpson's rule over the samples.
 TEST_P(Work, EqualsIntegralOfPower) {
   Random random(11);
   RobotOptions options;
-  options.least_bodies = 6, options.most_bodies = 8;
+  options.min_bodies = 6, options.max_bodies = 8;
   const Model model = with_friction(random_model(options, random), 0.5, 0.3);
   const State start = random_state(model, random, 0.5);
   PhaseSetup setup;

@@ -1,4 +1,4 @@
-/// Joints that stick and joints that meet stops: exact solutions, coupled joints, series of bounces, conservation.
+/// Joints with sticking friction and with stops: exact solutions, coupled joints, series of impacts, conservation.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,8 @@ PhaseSetup pulled(const Model& model, std::function<double(double, std::size_t)>
   return setup;
 }
 
-// Coulomb's friction brakes a wheel evenly, to a stop at J w0 / c, where it stays; its heat is the wheel's energy.
+// Coulomb friction decelerates a wheel uniformly until it stops at t = J w0 / c and stays at rest. It dissipates the
+// wheel's energy.
 TEST(JointModes, FrictionStopsAndHoldsWheel) {
   constexpr double c = 0.5, w0 = 2, stop = kWheelInertia * w0 / c;
   const Model model = flywheel(sticking(c));
@@ -58,8 +59,8 @@ TEST(JointModes, FrictionStopsAndHoldsWheel) {
   }
 }
 
-// An effort that grows as t is held up to the breakaway effort; then the wheel slides under what is left above
-// Coulomb's.
+// Friction holds a linearly increasing effort up to the breakaway effort. Then the wheel accelerates by the effort in
+// excess of Coulomb friction.
 TEST(JointModes, BreakAwayAtStaticEffort) {
   constexpr double c = 0.5, s = 0.8, rate = 0.1, leaves = s / rate;
   const Model model = flywheel(sticking(c, s));
@@ -69,7 +70,7 @@ TEST(JointModes, BreakAwayAtStaticEffort) {
       const double t = x.time;
       if (t < leaves) {
         EXPECT_EQ(x.state.v[0], 0);
-        EXPECT_NEAR(x.friction[0], -sense * rate * t, 1e-14);  // what holds
+        EXPECT_NEAR(x.friction[0], -sense * rate * t, 1e-14);  // holding effort
       } else {
         const double slid = 0.5 * rate * (t * t - leaves * leaves) - c * (t - leaves);
         EXPECT_NEAR(x.state.v[0], sense * slid / kWheelInertia, 1e-10);
@@ -84,7 +85,7 @@ TEST(JointModes, BreakAwayAtStaticEffort) {
   EXPECT_NEAR(simulate_phase(above, turning(model, 0), 0, 5, 0, {}).end_state.v[0], 5 * 0.3 / kWheelInertia, 1e-8);
 }
 
-// Two sliders in a row on the ground, [m]; gravity does not act along them.
+// Two sliders in series on the ground, without gravity along them.
 Model sliders(const JointFriction& first, const JointFriction& second, std::optional<JointLimits> limits = {}) {
   BodyDescription ground, a, b;
   ground.name = ground.joint.name = "ground";
@@ -100,8 +101,8 @@ Model sliders(const JointFriction& first, const JointFriction& second, std::opti
   return ModelBuilder().add(ground).add(a).add(b).build();
 }
 
-// Of two sliders, one on the other, the lower one sticks while the upper one's friction is too weak to move it, and
-// both are carried along where it is not.
+// Two sliders in series with an effort on the first: the second sticks to it if its friction suffices, and slides
+// otherwise.
 TEST(JointModes, JointDecisionOfSlidingJoint) {
   const auto accelerations = [](double first, double second, double effort_on_first) {
     const Model model = sliders(sticking(first), sticking(second));
@@ -110,7 +111,7 @@ TEST(JointModes, JointDecisionOfSlidingJoint) {
     EXPECT_TRUE(o.finished) << o.failure;
     return o.end_state.v;
   };
-  // 5 kg together: (8 - 3) / 5 = 1 m/s^2, which takes 3 N from b's friction.
+  // 5 kg together: (8 - 3) / 5 = 1 m/s^2, which requires 3 N of b's friction.
   std::vector<double> v = accelerations(3, 3.01, 8);
   EXPECT_NEAR(v[0], 1, 1e-12);
   EXPECT_EQ(v[1], 0);
@@ -118,7 +119,7 @@ TEST(JointModes, JointDecisionOfSlidingJoint) {
   v = accelerations(3, 2.9, 8);
   EXPECT_NEAR(v[0], (8 - 3 - 2.9) / 2, 1e-12);
   EXPECT_NEAR(v[1], 2.9 / 3 - (8 - 3 - 2.9) / 2, 1e-12);
-  // And 2.99 N do not move anything.
+  // With 2.99 N nothing moves.
   v = accelerations(3, 0.1, 2.99);
   EXPECT_EQ(v[0], 0);
   EXPECT_EQ(v[1], 0);
@@ -144,8 +145,8 @@ Model block(const JointLimits& limits, const JointFriction& friction = {}) {
   return ModelBuilder().add(ground).add(b).build();
 }
 
-// A block pushed against a stop bounces: it flies for 2 v / a, with e times the speed each time, and rests after v0 / a
-// (1 + e) / (1 - e), less what the rest rate cuts off. Bits do not depend on samples.
+// A block pushed against a stop bounces: each flight lasts 2 v / a, each impact multiplies the speed by e. Without a
+// rest rate the block would rest after v0 / a (1 + e) / (1 - e). Results do not depend on sampling, bit for bit.
 TEST(JointModes, BounceGeometricallyAndRest) {
   constexpr double e = 0.6, height = 0.5, push = 6, mass = 3, a = push / mass, least = 1e-3;
   const Model model = block(stopped(-height, 10, e, least));
@@ -163,18 +164,18 @@ TEST(JointModes, BounceGeometricallyAndRest) {
   double t = std::sqrt(2 * height / a), v = a * t, lost = 0;
   for (std::size_t n = 0; n < impacts.size(); ++n) {
     SCOPED_TRACE(n);
-    const double kept = v < least ? 0 : e;
-    EXPECT_NEAR(impacts[n].time, t, 1e-8);  // errors grow as 1 / e from bounce to bounce
+    const double restitution = v < least ? 0 : e;
+    EXPECT_NEAR(impacts[n].time, t, 1e-8);  // errors grow by 1 / e per bounce
     EXPECT_NEAR(impacts[n].rate_before, -v, 1e-8);
-    EXPECT_NEAR(impacts[n].rate_after, kept * v, 1e-8);
-    EXPECT_NEAR(impacts[n].impulse, mass * v * (1 + kept), 1e-8);
-    EXPECT_NEAR(impacts[n].energy_lost, 0.5 * mass * v * v * (1 - kept * kept), 1e-8);
+    EXPECT_NEAR(impacts[n].rate_after, restitution * v, 1e-8);
+    EXPECT_NEAR(impacts[n].impulse, mass * v * (1 + restitution), 1e-8);
+    EXPECT_NEAR(impacts[n].energy_lost, 0.5 * mass * v * v * (1 - restitution * restitution), 1e-8);
     lost += impacts[n].energy_lost;
     EXPECT_EQ(n + 1 == impacts.size(), v < least);
     v *= e, t += 2 * v / a;
   }
   EXPECT_GT(impacts.size(), 10U);
-  EXPECT_NEAR(lost, push * height, 1e-8);  // all that the push has done
+  EXPECT_NEAR(lost, push * height, 1e-8);  // the whole work of the push
   EXPECT_NEAR(o.integrals.motor_work, push * height, 1e-8);
   EXPECT_NEAR(o.integrals.friction_work, -lost, 1e-8);
   EXPECT_NEAR(o.end_state.q[0], -height, 1e-14);
@@ -184,7 +185,7 @@ TEST(JointModes, BounceGeometricallyAndRest) {
   EXPECT_EQ(others.back().time, impacts.back().time);
 }
 
-// A joint that rests on its stop leaves it when it is pulled, and the stop's force until then is a push.
+// A joint at rest on its stop leaves it when the effort reverses. Until then the stop pushes.
 TEST(JointModes, LeaveAStopWhenPulled) {
   const Model model = block(stopped(-1, 0, 0.5));
   // b rests on its upper stop under 2 (1 - t), until t = 1.
@@ -199,7 +200,7 @@ TEST(JointModes, LeaveAStopWhenPulled) {
   EXPECT_EQ(dynamics.joint_modes().stop_impact_count(), 0);
 }
 
-// A random robot's joints with sticking friction and stops.
+// Adds sticking friction and stops to the joints of a random robot.
 Model real(const Model& model, Random& random, double coulomb, double range, const State& state) {
   ModelBuilder builder;
   for (const Body& b : model.bodies()) {
@@ -217,7 +218,7 @@ Model real(const Model& model, Random& random, double coulomb, double range, con
   return builder.build();
 }
 
-// Free-floating random robots lose energy to friction and stops, and no momentum.
+// Friction and stops of free-floating random robots dissipate energy and conserve momentum.
 TEST(JointModes, ConserveMomentumAndBalanceEnergy) {
   long impacts = 0;
   int sticks = 0, breakaways = 0;
@@ -226,7 +227,7 @@ TEST(JointModes, ConserveMomentumAndBalanceEnergy) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.most_bodies = 7;
+    options.max_bodies = 7;
     const Model plain = random_model(options, random);
     const State state = random_state(plain, random, 1.0);
     const Model model = real(plain, random, 4.0, 0.8, state);
@@ -262,11 +263,11 @@ TEST(JointModes, ConserveMomentumAndBalanceEnergy) {
   EXPECT_GT(breakaways, 3);
 }
 
-// One stop of a free-floating robot takes (1 - e^2) u^2 / (2 (M^-1)_jj) from its energy.
+// One stop impact of a free-floating robot dissipates (1 - e^2) u^2 / (2 (M^-1)_jj).
 TEST(JointModes, EnergyLossFromMassMatrix) {
   Random random(3);
   RobotOptions options;
-  options.least_bodies = options.most_bodies = 5;
+  options.min_bodies = options.max_bodies = 5;
   options.fixed_joints = false, options.prismatic_joints = false;
   const Model plain = random_model(options, random);
   State state = random_state(plain, random, 1.0);
@@ -287,7 +288,7 @@ TEST(JointModes, EnergyLossFromMassMatrix) {
   PhaseDynamics dynamics(model, {});
   std::vector<double> y = dynamics.initial(state, 0);
   const Totals before = totals(model, state);
-  dynamics.meet_stops(0, y);
+  dynamics.apply_stop_impacts(0, y);
   State after = state;
   std::copy_n(y.begin(), after.q.size(), after.q.begin());
   std::copy_n(y.begin() + static_cast<std::ptrdiff_t>(after.q.size()), after.v.size(), after.v.begin());
@@ -302,15 +303,15 @@ TEST(JointModes, EnergyLossFromMassMatrix) {
   EXPECT_NEAR(dynamics.joint_modes().stop_impacts()[0].energy_lost, lost, 1e-13 * before.energy);
 }
 
-// Several joints at their stops at one instant, moving into them, at rest on them and away from them: stops push and do
-// not pull, joints that hit one leave it with the minimum restitution of all, and none moves further into its stop.
+// Several joints are at their stops simultaneously: approaching, at rest or separating. Stops only push, and no joint
+// penetrates its stop. Joints that hit a stop rebound with the minimum restitution of all.
 TEST(JointModes, SimultaneousStopsOnlyPush) {
   int together = 0, pulled = 0;
   for (int i = 0; i < 200; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = options.most_bodies = 5;
+    options.min_bodies = options.max_bodies = 5;
     options.fixed_joints = false, options.prismatic_joints = false;
     const Model plain = random_model(options, random);
     State state = random_state(plain, random, 1.0);
@@ -330,23 +331,23 @@ TEST(JointModes, SimultaneousStopsOnlyPush) {
     const Model model = builder.build();
     PhaseDynamics dynamics(model, {});
     std::vector<double> y = dynamics.initial(state, 0);
-    dynamics.meet_stops(0, y);
+    dynamics.apply_stop_impacts(0, y);
     const Eigen::Map<const Eigen::VectorXd> v(y.data() + state.q.size(), static_cast<Eigen::Index>(state.v.size()));
     const Eigen::Map<const Eigen::VectorXd> before(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
     const Eigen::VectorXd impulse = mass_matrix(model, state) * (v - before);
     double least = 1;
-    int met = 0;
+    int arrived = 0;
     for (int b : model.joints()) {
       const Body& body = model.bodies()[b];
       const double end = state.q[body.q] == body.description.joint.limits.upper ? 1 : -1;
       if (end * before[body.v] <= 0) continue;
-      ++met, least = std::min(least, body.description.joint.limits.stop->restitution);
+      ++arrived, least = std::min(least, body.description.joint.limits.stop->restitution);
     }
-    together += met > 1;
+    together += arrived > 1;
     for (int b : model.joints()) {
       const Body& body = model.bodies()[b];
       const double end = state.q[body.q] == body.description.joint.limits.upper ? 1 : -1;
-      if (met == 0) continue;
+      if (arrived == 0) continue;
       EXPECT_LT(end * impulse[body.v], 1e-12);  // away from the end
       EXPECT_LT(end * v[body.v], 1e-12);
       if (std::abs(impulse[body.v]) > 1e-9 && end * before[body.v] > 0) {
@@ -356,18 +357,18 @@ TEST(JointModes, SimultaneousStopsOnlyPush) {
     }
   }
   EXPECT_GT(together, 50);
-  EXPECT_GT(pulled, 50);  // some that are at a stop are left alone
+  EXPECT_GT(pulled, 50);  // stops without impulse
 }
 
-// Which of several joints at rest are held: the holding effort of a joint is within its friction; one that is freed
-// moves in the direction of the pull, against its friction.
+// Held joints among several at rest have efforts within their static friction. Joints that slip accelerate against
+// their friction.
 TEST(JointModes, HoldIfPossibleElseFree) {
   int held = 0, freed = 0;
   for (int i = 0; i < 400; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = options.most_bodies = 6;
+    options.min_bodies = options.max_bodies = 6;
     options.fixed_joints = false;
     const Model plain = random_model(options, random);
     State state = random_state(plain, random, 1.0);
@@ -406,7 +407,7 @@ TEST(JointModes, HoldIfPossibleElseFree) {
   EXPECT_GT(freed, 300);
 }
 
-// Sampled control finds stuck joints and stops as continuous control does: work and energy agree.
+// Sampled control with stuck joints and stops: work and energy balance as for continuous control.
 TEST(JointModes, WorkUnderSampledControl) {
   const Model model = sliders(sticking(1.0, 1.4), sticking(0.5), stopped(-0.2, 0.2, 0.3, 1e-4));
   PhaseSetup setup;
@@ -426,7 +427,7 @@ TEST(JointModes, WorkUnderSampledControl) {
   EXPECT_LT(std::abs(o.end_state.q[0] - 0.1), 0.1);
 }
 
-// A four-bar with a crank that sticks, on the ground and under gravity: it comes to rest with its loop closed.
+// A four-bar linkage on the ground with a sticking crank, under gravity, comes to rest with its loop closed.
 TEST(JointModes, StickInClosedLoop) {
   const auto link = [](const char* name, const char* parent, double at, double length) {
     BodyDescription b;
@@ -470,18 +471,18 @@ TEST(JointModes, StickInClosedLoop) {
     for (double w : o.end_state.v) EXPECT_NEAR(w, 0, 1e-12);
     return o;
   };
-  // Coupler and cranks weigh 3 * 0.5 * 2 + 6 * 1 = 9 kg m; at 1.5 rad that is 9 * 4 * sin(1.5) N m, which friction
-  // cannot hold: it falls onto the stop of the other crank.
+  // Coupler and cranks weigh 3 * 0.5 * 2 + 6 * 1 = 9 kg m; at 1.5 rad that is 9 * 4 * sin(1.5) N m, which exceeds the
+  // friction: the linkage falls onto the stop of the other crank.
   const PhaseOutcome falls = run(-1);
   EXPECT_NEAR(falls.end_state.q[at("right")], 0.9, 1e-9);
-  setup.gravity = {0.4, 0, 0};  // a tenth of it is held
+  setup.gravity = {0.4, 0, 0};  // friction holds a tenth of the load
   const PhaseOutcome stays = run(-1);
   EXPECT_GT(stays.end_state.q[at("left")], 0.95);
   EXPECT_LT(stays.end_state.q[at("left")], 1.49);
 }
 
-// On a torque-speed line a wheel comes up as 1 - exp(-t / T), T = J w0 / tau; the winding's heat is the integral of the
-// current's square. A controller's clock changes neither.
+// On a torque-speed line the wheel's rate is w0 (1 - exp(-t / T)) with T = J w0 / tau. The copper loss is the integral
+// of R i^2. Sampled control changes neither.
 TEST(JointMotors, FollowTorqueSpeedLine) {
   constexpr double most = 2, w0 = 5, k = 0.1, R = 0.4, T = kWheelInertia * w0 / most;
   BodyDescription ground, wheel;
@@ -489,20 +490,20 @@ TEST(JointMotors, FollowTorqueSpeedLine) {
   for (const Body& b : plain.bodies()) (b.parent < 0 ? ground : wheel) = b.description;
   wheel.joint.motor = JointMotor{w0, {}, k, R};
   const Model model = ModelBuilder().add(ground).add(wheel).build();
-  for (const auto& [sampled, way] : {std::pair{false, 1.0}, {true, 1.0}, {false, -1.0}}) {
-    PhaseSetup setup = pulled(model, [&, sense = way](double, std::size_t) { return sense * 100.0; });
+  for (const auto& [sampled, direction] : {std::pair{false, 1.0}, {true, 1.0}, {false, -1.0}}) {
+    PhaseSetup setup = pulled(model, [&, sense = direction](double, std::size_t) { return sense * 100.0; });
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{0.5, 0}, 1);
     PhaseDynamics dynamics(model, setup);
     const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 10, 0, {});
     ASSERT_TRUE(o.finished) << o.failure;
-    EXPECT_NEAR(o.end_state.v[0], way * w0 * (1 - std::exp(-10 / T)), 1e-9);
+    EXPECT_NEAR(o.end_state.v[0], direction * w0 * (1 - std::exp(-10 / T)), 1e-9);
     const double stall = most / (3 * k);  // [A]; the gear ratio is 3
     EXPECT_NEAR(o.integrals.joints[0].copper_loss, R * stall * stall * T / 2 * (1 - std::exp(-20 / T)), 1e-7);
     EXPECT_NEAR(o.integrals.joints[0].motor_work, 0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], 1e-9);
   }
 }
 
-// Ripple does the work tau (theta + A / k (cos phase - cos(k theta + phase))), and the winding's heat knows none.
+// Ripple does the work tau (theta + A / k (cos phase - cos(k theta + phase))), and does not affect the copper loss.
 TEST(JointMotors, RippleWithTheirAngle) {
   BodyDescription ground, wheel;
   const Model plain = flywheel({});

@@ -83,7 +83,7 @@ TEST(JointPath, QuarticMatchesPrintedFormula) {
     const JointPath path = random_path(JointProfile::quartic, random);
     const double T = path.duration, travel = path.end - path.start, s = path.end_rate * T / travel;
     const double a = 3 * (-4 * s + 10), b = 4 * (7 * s - 15), c = 5 * (-3 * s + 6);
-    // They are what makes the rate s at the end, with zero acceleration, and the travel dtheta.
+    // These coefficients give the final rate s with zero acceleration, and the travel dtheta.
     ASSERT_NEAR(a + b + c, s, 1e-9 * (1 + std::abs(s)));
     ASSERT_NEAR(2 * a + 3 * b + 4 * c, 0, 1e-9 * (1 + std::abs(s)));
     ASSERT_NEAR(a / 3 + b / 4 + c / 5, 1, 1e-9 * (1 + std::abs(s)));
@@ -97,7 +97,7 @@ TEST(JointPath, ZeroTravelWithFinalRate) {
   for (JointProfile profile : kProfiles) {
     const JointPath path{profile, 4, 0.7, 0.7, 0, 0.3};
     EXPECT_EQ(evaluate(path, 0).position, 0.7);
-    EXPECT_LT(evaluate(path, 2).position, 0.69);  // it swings back to come in with the rate
+    EXPECT_LT(evaluate(path, 2).position, 0.69);  // the path moves back first to reach the final rate
     EXPECT_NEAR(evaluate(path, 4 - 1e-9).position, 0.7, 1e-9);
     EXPECT_NEAR(evaluate(path, 4 - 1e-9).rate, 0.3, 1e-9);
   }

@@ -1,4 +1,4 @@
-/// Trajectories in pieces: series, splines, joins, breaks.
+/// Trajectories in segments: series, splines, joins, breaks.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,17 +16,17 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Values of f at the Chebyshev points of [begin, end], interpolated.
+// Interpolation of f at the Chebyshev points of [begin, end].
 template <class F>
 JointTrajectory interpolated(double begin, double end, int n, F f) {
   std::vector<double> values;
   for (int k = 0; k <= n; ++k) values.push_back(f(chebyshev_point(begin, end, k, n)));
   JointTrajectory trajectory;
-  trajectory.pieces.push_back({begin, end, chebyshev_interpolant(values)});
+  trajectory.segments.push_back({begin, end, chebyshev_interpolant(values)});
   return trajectory;
 }
 
-TEST(ChebyshevPiece, ReproducesPolynomialsUpToItsDegree) {
+TEST(ChebyshevSegment, ReproducesPolynomialsUpToItsDegree) {
   Worst worst("position, rate, acceleration of interpolated polynomials");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -34,7 +34,7 @@ TEST(ChebyshevPiece, ReproducesPolynomialsUpToItsDegree) {
     const int n = random.integer(1, 9);
     const std::vector<double> c = random.values(n + 1, 2);
     const double begin = random.uniform(-5, 5), length = random.uniform(0.5, 4);
-    // In x = (t - begin)/length by Horner's rule, with derivatives.
+    // Polynomial in x = (t - begin)/length and its derivatives by Horner's rule.
     const auto exact = [&](double t) {
       const double x = (t - begin) / length;
       double p = 0, d = 0, e = 0;
@@ -46,7 +46,7 @@ TEST(ChebyshevPiece, ReproducesPolynomialsUpToItsDegree) {
     for (double x : {0.0, 1e-9, 0.2, 0.5, 0.77, 1.0}) {
       const double t = begin + x * length;
       const JointPoint p = evaluate(trajectory, t), q = exact(t);
-      // Markov: rounding grows by n^2 with each derivative.
+      // Markov's inequality: rounding errors grow by n^2 per derivative.
       EXPECT_LT(worst.note(std::abs(p.position - q.position), i), 1e-13);  // all three measured at most 6e-15
       EXPECT_LT(worst.note(std::abs(p.rate - q.rate) * length / (n * n), i), 1e-12);
       EXPECT_LT(worst.note(std::abs(p.acceleration - q.acceleration) * length * length / (n * n * n * n), i), 1e-11);
@@ -54,7 +54,7 @@ TEST(ChebyshevPiece, ReproducesPolynomialsUpToItsDegree) {
   }
 }
 
-TEST(ChebyshevPiece, ReproducesSineToRounding) {
+TEST(ChebyshevSegment, ReproducesSineToRounding) {
   const JointTrajectory trajectory = interpolated(1, 4, 24, [](double t) { return std::sin(t); });
   double position = 0, rate = 0, acceleration = 0;
   for (int k = 0; k <= 300; ++k) {
@@ -70,25 +70,25 @@ TEST(ChebyshevPiece, ReproducesSineToRounding) {
   EXPECT_LT(acceleration, 5e-11);  // measured 8.3e-12: n^4
 }
 
-TEST(ChebyshevPiece, PointsIncreaseAndEndExactly) {
+TEST(ChebyshevSegment, PointsIncreaseAndEndExactly) {
   EXPECT_EQ(chebyshev_point(0.1, 0.7, 0, 7), 0.1);
   EXPECT_EQ(chebyshev_point(0.1, 0.7, 7, 7), 0.7);
   for (int k = 0; k < 7; ++k) EXPECT_LT(chebyshev_point(0.1, 0.7, k, 7), chebyshev_point(0.1, 0.7, k + 1, 7));
   EXPECT_THROW(chebyshev_interpolant(std::vector<double>{1}), std::invalid_argument);
 }
 
-// Three pieces of different kinds that meet in position and rate, not in acceleration.
-JointTrajectory three_pieces() {
+// Three segments of different kinds with continuous position and rate and discontinuous acceleration.
+JointTrajectory three_segments() {
   JointTrajectory trajectory;
-  trajectory.pieces.push_back({1, 3, JointPath{JointProfile::quintic, 2, 0.5, 1.5, 0.2, -0.4}});
+  trajectory.segments.push_back({1, 3, JointPath{JointProfile::quintic, 2, 0.5, 1.5, 0.2, -0.4}});
   // 1.5 - 0.4 (t - 3) + 0.7 (t - 3)^2 on [3, 4], in x = 2 t - 7: c0 + c1 x + c2 (2 x^2 - 1).
-  trajectory.pieces.push_back({3, 4, ChebyshevPiece{{1.5 - 0.2 + 0.7 * 0.375, -0.2 + 0.35, 0.7 * 0.125}}});
-  trajectory.pieces.push_back({4, 6, JointPath{JointProfile::cycloidal, 2, 1.8, 2, 1, 0}});
+  trajectory.segments.push_back({3, 4, ChebyshevSegment{{1.5 - 0.2 + 0.7 * 0.375, -0.2 + 0.35, 0.7 * 0.125}}});
+  trajectory.segments.push_back({4, 6, JointPath{JointProfile::cycloidal, 2, 1.8, 2, 1, 0}});
   return trajectory;
 }
 
 TEST(JointTrajectory, RateAndAccelerationAreDerivatives) {
-  const JointTrajectory trajectory = three_pieces();
+  const JointTrajectory trajectory = three_segments();
   const double h = 1e-3;
   for (double t : {1.3, 2.1, 2.9, 3.1, 3.5, 3.9, 4.1, 5.0, 5.9}) {
     const auto slope = [&](auto of) {
@@ -100,8 +100,8 @@ TEST(JointTrajectory, RateAndAccelerationAreDerivatives) {
   }
 }
 
-TEST(JointTrajectory, LaterPieceAppliesAtJoin) {
-  const JointTrajectory trajectory = three_pieces();
+TEST(JointTrajectory, LaterSegmentAppliesAtJoin) {
+  const JointTrajectory trajectory = three_segments();
   for (double join : {3.0, 4.0}) {
     const JointPoint before = evaluate(trajectory, join, join - 0.1), after = evaluate(trajectory, join, join + 0.1);
     EXPECT_NEAR(before.position, after.position, 1e-15);
@@ -114,7 +114,7 @@ TEST(JointTrajectory, LaterPieceAppliesAtJoin) {
 }
 
 TEST(JointTrajectory, StaysAtItsEnds) {
-  const JointTrajectory trajectory = three_pieces();
+  const JointTrajectory trajectory = three_segments();
   for (double t : {-7.0, 0.999}) {
     const JointPoint p = evaluate(trajectory, t);
     EXPECT_EQ(p.position, 0.5);
@@ -127,7 +127,7 @@ TEST(JointTrajectory, StaysAtItsEnds) {
   const JointPoint rest = evaluate(JointTrajectory::at_rest(0.3), 17);
   EXPECT_EQ(rest.position, 0.3);
   EXPECT_EQ(rest.rate, 0);
-  // A parabola: the acceleration holds up to the end itself and vanishes beyond it.
+  // A parabola: the acceleration is constant up to and including the end and vanishes beyond it.
   const JointTrajectory parabola = interpolated(0, 1, 2, [](double t) { return t * t; });
   EXPECT_NEAR(evaluate(parabola, 1).acceleration, 2, 1e-13);
   EXPECT_EQ(evaluate(parabola, 1.1).acceleration, 0);
@@ -135,19 +135,19 @@ TEST(JointTrajectory, StaysAtItsEnds) {
   EXPECT_EQ(evaluate(parabola, 0, -1).acceleration, 0);
 }
 
-TEST(JointTrajectory, BreaksAtEndsOfMovingPieces) {
-  EXPECT_THAT(break_times(three_pieces()), ElementsAre(1, 3, 4, 6));
+TEST(JointTrajectory, BreaksAtEndsOfMovingSegments) {
+  EXPECT_THAT(break_times(three_segments()), ElementsAre(1, 3, 4, 6));
   EXPECT_THAT(break_times(JointTrajectory::at_rest(1)), IsEmpty());
   EXPECT_THAT(break_times(JointTrajectory()), IsEmpty());
-  JointTrajectory waits = three_pieces();
-  waits.pieces.insert(waits.pieces.begin(), {0, 1, ChebyshevPiece{{0.5}}});
+  JointTrajectory waits = three_segments();
+  waits.segments.insert(waits.segments.begin(), {0, 1, ChebyshevSegment{{0.5}}});
   EXPECT_THAT(break_times(waits), ElementsAre(1, 3, 4, 6));
 }
 
 struct Samples {
   std::vector<double> times, positions, rates;
 };
-// Of the cubic 1 - 2 t + 0.5 t^2 + 0.3 t^3 at irregular times.
+// Samples of the cubic 1 - 2 t + 0.5 t^2 + 0.3 t^3 at irregular times.
 Samples cubic(std::vector<double> times, double cubed = 0.3, double squared = 0.5) {
   Samples s;
   s.times = std::move(times);
@@ -163,7 +163,7 @@ TEST(InterpolateSamples, IsExactForCubics) {
   for (bool with_rates : {false, true}) {
     const JointTrajectory trajectory = interpolate_samples(
         s.times, s.positions, with_rates ? std::span<const double>(s.rates) : std::span<const double>());
-    EXPECT_EQ(trajectory.pieces.size(), 5u);
+    EXPECT_EQ(trajectory.segments.size(), 5u);
     EXPECT_NO_THROW(validate(trajectory));
     for (double t = -1; t < 3; t += 0.07) {
       const JointPoint p = evaluate(trajectory, t);
@@ -240,19 +240,19 @@ TEST(InterpolateSamples, RejectsInvalidTable) {
 
 TEST(JointTrajectory, ValidationNamesError) {
   const auto message = [](const JointTrajectory& trajectory) { return message_of([&] { validate(trajectory); }); };
-  EXPECT_EQ(message(three_pieces()), "accepted");
+  EXPECT_EQ(message(three_segments()), "accepted");
   EXPECT_EQ(message({0.1, JointPath{JointProfile::quintic, 0.2, 0, 1, 0, 0}}), "accepted");  // 0.1 + 0.2 rounds
-  JointTrajectory gap = three_pieces();
-  gap.pieces.erase(gap.pieces.begin() + 1);
+  JointTrajectory gap = three_segments();
+  gap.segments.erase(gap.segments.begin() + 1);
   EXPECT_THAT(message(gap), HasSubstr("begin where the previous one ends"));
-  JointTrajectory backwards = three_pieces();
-  backwards.pieces[0].begin = 5;
+  JointTrajectory backwards = three_segments();
+  backwards.segments[0].begin = 5;
   EXPECT_THAT(message(backwards), HasSubstr("end after it begins"));
-  JointTrajectory longer = three_pieces();
-  std::get<JointPath>(longer.pieces[2].shape).duration = 3;
+  JointTrajectory longer = three_segments();
+  std::get<JointPath>(longer.segments[2].shape).duration = 3;
   EXPECT_THAT(message(longer), HasSubstr("last as long as its piece"));
-  JointTrajectory empty = three_pieces();
-  empty.pieces[1].shape = ChebyshevPiece{};
+  JointTrajectory empty = three_segments();
+  empty.segments[1].shape = ChebyshevSegment{};
   EXPECT_THAT(message(empty), HasSubstr("needs coefficients"));
 }
 

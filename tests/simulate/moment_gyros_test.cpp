@@ -1,5 +1,5 @@
 /// Control moment gyros: exact motion of a scissored pair, motors' torques, conservation in three dimensions, steering
-/// with and without a singularity, motors that have too little torque.
+/// with and without a singularity, motors with insufficient torque.
 
 #include <gtest/gtest.h>
 
@@ -94,14 +94,14 @@ Vector3d rate_of(const Case& c, const State& state) {
   return {v[0], v[1], v[2]};
 }
 
-// Tells every gimbal its rate, from the first tick on.
+// Commands a rate for every gimbal from the first sample on.
 struct Rates : Controller {
   explicit Rates(std::vector<double> r) : rates(std::move(r)) {}
   void update(const ControlInput&, ControlCommand& command) override { command.actuators.gimbal_rate = rates; }
   std::vector<double> rates;
 };
 
-PhaseSetup telling(const Case& c, const std::vector<double>& rates) {
+PhaseSetup commanding_rates(const Case& c, const std::vector<double>& rates) {
   PhaseSetup setup;
   setup.gyros = c.gyros;
   setup.controller = std::make_shared<Rates>(rates);
@@ -121,12 +121,12 @@ PhaseSetup steering(const Case& c, const Vector3d& kp, const Vector3d& kd, const
   return setup;
 }
 
-// A scissored pair turns its base about one axis: (I + J_s sin^2 d) w + 2 h sin d = 0, and a motor of little torque
-// moves it by a large one, which the momentum h amplifies.
+// A scissored pair rotates its base about one axis: (I + J_s sin^2 d) w + 2 h sin d = 0. The momentum h amplifies the
+// small torque of the gimbal motors.
 TEST(MomentGyros, ScissoredPairRotatesBase) {
   constexpr double I = 40, r = 0.4;
   const Case c = body_with({{{0, -1, 0}, {1, 0, 0}}, {{0, 1, 0}, {-1, 0, 0}}}, Symmetric3d::diagonal(50, 45, I));
-  PhaseDynamics dynamics(c.model, telling(c, {r, r}));
+  PhaseDynamics dynamics(c.model, commanding_rates(c, {r, r}));
   EXPECT_FALSE(dynamics.is_disturbed());
   const State start = spinning(c);
   double worst_rate = 0, worst_motor = 0, worst_spin = 0;
@@ -137,7 +137,7 @@ TEST(MomentGyros, ScissoredPairRotatesBase) {
     const double w = -2 * kH * S / inertia;
     const double w1 = (-2 * kH * C * d1 - 2 * kJ * S * C * d1 * w) / inertia;
     worst_rate = std::max(worst_rate, norm(rate_of(c, s.state) - Vector3d{0, 0, w}));
-    // Euler's equations of gimbal and rotor, about their own axes.
+    // Euler's equations of gimbal and rotor about their axes.
     const double motor = kGimbal * d2 - w * C * (kH + 0.5 * kJ * S * w);
     const double spin = kJ * (w1 * S + w * C * d1);
     for (const MomentGyro& g : c.gyros) {
@@ -145,7 +145,7 @@ TEST(MomentGyros, ScissoredPairRotatesBase) {
       worst_motor = std::max(worst_motor, std::abs(s.motor[g.gimbal] - motor));
       worst_spin = std::max(worst_spin, std::abs(s.motor[g.rotor] - spin));
     }
-    EXPECT_NEAR(s.dynamics->control_torque()[2], -2 * kH * C * d1, 1e-8);  // dense output of the rates
+    EXPECT_NEAR(s.dynamics->control_torque()[2], -2 * kH * C * d1, 1e-8);  // tolerance of the dense output of the rates
     EXPECT_LT(norm(totals(c.model, s.state).momentum.angular), 1e-12 * kH);
     EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-9);
   });
@@ -158,11 +158,10 @@ TEST(MomentGyros, ScissoredPairRotatesBase) {
   EXPECT_GT(norm(rate_of(c, o.end_state)), 0.3);
 }
 
-// One gyro with its momentum not zero: what the base does follows from the momentum that stays, R^T L = I(d) w + h +
-// ...
+// One gyro with nonzero total momentum: the base's motion follows from its conservation, R^T L = I(d) w + h + ...
 TEST(MomentGyros, ConservesMomentum) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
-  PhaseDynamics dynamics(c.model, telling(c, {0.3}));
+  PhaseDynamics dynamics(c.model, commanding_rates(c, {0.3}));
   State start = spinning(c);
   start.v[c.model.bodies()[c.base].v + 2] = 0.05;
   const Vector3d L = totals(c.model, start).momentum.angular;
@@ -173,7 +172,7 @@ TEST(MomentGyros, ConservesMomentum) {
     const Rotationd R = root_pose(c.model, s.state, c.base).R;
     const double d = s.state.q[c.gyros[0].gimbal_coordinate];
     const Vector3d axis{std::cos(d), 0, -std::sin(d)}, w = rate_of(c, s.state);
-    // The rotor's inertia turns with the gimbal; the gimbal's own is about its axis.
+    // The rotor's inertia rotates with the gimbal; the gimbal's inertia is about its axis.
     Symmetric3d I = Symmetric3d::diagonal(50, 45, 40);
     const Symmetric3d before = about({1, 0, 0}, kJ), now = about(axis, kJ);
     for (double Symmetric3d::*entry :
@@ -191,8 +190,8 @@ TEST(MomentGyros, ConservesMomentum) {
   EXPECT_GT(std::abs(o.end_state.q[c.gyros[0].gimbal_coordinate]), 5);
 }
 
-// Attitude control through a pyramid: it gives what is asked, the base comes to its attitude, momentum and energy are
-// accounted for.
+// Attitude control with a pyramid: it provides the commanded torque, the base reaches its attitude, momentum and energy
+// balance.
 TEST(MomentGyros, PyramidRotatesBase) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 2);
   PhaseSetup setup = steering(c, {4, 4, 4}, {25, 25, 25});
@@ -225,7 +224,7 @@ TEST(MomentGyros, PyramidRotatesBase) {
   EXPECT_LT(norm(root_pose(c.model, o.end_state, c.base).R * h - L), 1e-3);
 }
 
-// Gimbals without commands are at rest, held by their motors against h and the base's rate.
+// Motors hold gimbals without commands at rest against the gyroscopic torque of h and the base's rate.
 TEST(MomentGyros, GimbalsAtRestWhileBaseRotates) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseSetup setup;
@@ -243,7 +242,7 @@ TEST(MomentGyros, GimbalsAtRestWhileBaseRotates) {
   EXPECT_GT(holding, 0.5);
 }
 
-// Rates that an impact has changed come back to what they are to be, each as exp(-k t), by their motors' work.
+// After an impact the motors restore the rates: deviations decay as exp(-k t), and the motors do the work.
 TEST(MomentGyros, MotorsRestoreRates) {
   const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
   PhaseSetup setup;
@@ -262,19 +261,19 @@ TEST(MomentGyros, MotorsRestoreRates) {
   ASSERT_TRUE(o.finished) << o.failure;
 }
 
-// A motor with too little torque gives what it has: the gimbal is late, nothing is lost.
+// A motor with insufficient torque saturates: the gimbal lags, momentum and energy are conserved.
 TEST(MomentGyros, MotorsSaturate) {
   constexpr double most = 0.02, r = 0.4;
   const Case c =
       body_with({{{0, -1, 0}, {1, 0, 0}}, {{0, 1, 0}, {-1, 0, 0}}}, Symmetric3d::diagonal(3000, 3000, 4000), most);
-  PhaseDynamics dynamics(c.model, telling(c, {r, r}));
+  PhaseDynamics dynamics(c.model, commanding_rates(c, {r, r}));
   const State start = spinning(c);
   double largest = 0, drift = 0, on_base = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 4, 0.05, {}, [&](const PhaseSample& s) {
     largest = std::max(largest, std::abs(s.motor[c.gyros[0].gimbal]));
     drift = std::max(drift, norm(totals(c.model, s.state).momentum.angular));
     on_base = std::max(on_base, std::abs(s.dynamics->control_torque()[2]));
-    // Until it comes near its rate it is driven by the largest torque alone, against h w.
+    // Until the gimbal is near its commanded rate, the motor applies its maximum torque against h w.
     if (s.time > 0.4) return;
     const double w = rate_of(c, s.state)[2], d = s.state.q[c.gyros[0].gimbal_coordinate];
     const double slope = s.dynamics->acceleration()[c.gyros[0].gimbal_velocity];
@@ -284,10 +283,11 @@ TEST(MomentGyros, MotorsSaturate) {
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(largest, most, 1e-15);
   EXPECT_LT(drift, 1e-11 * kH);
-  EXPECT_GT(on_base, 100 * most);  // by turning two momenta: 2 h times their rate
+  EXPECT_GT(on_base, 100 * most);  // rotation of two momenta: 2 h times their rate
 }
 
-// (17.8): least rates that give the torque, with the base's own turning in it; all cut alike at the largest.
+// (17.8): minimum-norm rates for the torque, including the base's rotation; at the maximum rate all rates are scaled
+// equally.
 TEST(MomentGyros, SteeringIsMinimumNorm) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 0.5);
   GyroArray array(c.gyros);
@@ -299,7 +299,7 @@ TEST(MomentGyros, SteeringIsMinimumNorm) {
   std::vector<double> v(state.v.size(), 0.0);
   for (std::size_t i = 0; i < 4; ++i) v[c.gyros[i].gimbal_velocity] = array.commanded()[i];
   EXPECT_LT(norm(array.torque_of(v, w) - torque), 1e-14);
-  // Perpendicular to rates that give nothing: their direction, by the minors of A.
+  // The rates are orthogonal to the null space of A, computed from its minors.
   std::vector<Vector3d> A;
   for (const MomentGyro& g : c.gyros) A.push_back(cross(g.gimbal_axis, momentum_of(g, state.q[g.gimbal_coordinate])));
   const double null[4] = {dot(A[1], cross(A[2], A[3])), -dot(A[0], cross(A[2], A[3])), dot(A[0], cross(A[1], A[3])),
@@ -308,18 +308,19 @@ TEST(MomentGyros, SteeringIsMinimumNorm) {
   for (std::size_t i = 0; i < 4; ++i) along += null[i] * array.commanded()[i], size += null[i] * null[i];
   EXPECT_GT(size, 1);
   EXPECT_LT(std::abs(along), 1e-12 * std::sqrt(size));
-  // Ten times as much is beyond the largest rate.
+  // Ten times the torque requires more than the maximum rate.
   const std::vector<double> before(array.commanded().begin(), array.commanded().end());
   array.steer(10.0 * torque, Vector3d::zero(), 7);
   double most = 0;
   for (const double rate : array.commanded()) most = std::max(most, std::abs(rate));
   EXPECT_NEAR(most, 0.5, 1e-15);
   EXPECT_GT(norm(array.lacking()), 1);
-  EXPECT_LT(norm(cross(array.lacking(), torque)), 1e-12);  // less in the same direction
+  EXPECT_LT(norm(cross(array.lacking(), torque)), 1e-12);  // the direction of the torque is unchanged
 }
 
-// All momenta's derivatives in a plane: (-90, 0, 90, 0) deg. There the measure is zero, no torque is given across,
-// which is said, and the dither turns the gimbals out of it where damping alone does not.
+// Gimbal angles (-90, 0, 90, 0) deg: the derivatives of all momenta are in one plane. The singularity measure is zero,
+// and the missing torque normal to the plane is reported. The dither moves the gimbals out of the singularity; damping
+// alone does not.
 TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   const Case c = body_with(pyramid(), Symmetric3d::diagonal(50, 45, 40), kNone, 2);
   constexpr double quarter = 1.5707963267948966;
@@ -330,7 +331,7 @@ TEST(MomentGyros, SingularitiesReportedAndEscaped) {
     array->take(singular.q);
     EXPECT_LT(array->singularity_measure(), 1e-7);
     array->steer(across, Vector3d::zero(), 0.5);
-    EXPECT_GT(norm(array->lacking()), 0.5);  // and not silently
+    EXPECT_GT(norm(array->lacking()), 0.5);  // the missing torque is reported
   }
   double damped = 0, moved = 0;
   for (const double rate : plain.commanded()) damped = std::max(damped, std::abs(rate));
@@ -338,7 +339,7 @@ TEST(MomentGyros, SingularitiesReportedAndEscaped) {
   EXPECT_LT(damped, 1e-12);
   EXPECT_GT(moved, 1e-4);
 
-  // From there the base is brought to rest all the same.
+  // From the singularity, control still brings the base to rest.
   PhaseDynamics dynamics(c.model, steering(c, {4, 4, 4}, {25, 25, 25}, {0.2, 0.01, 0.1}));
   State start = singular;
   start.v[c.model.bodies()[c.base].v] = -0.02;
@@ -363,11 +364,11 @@ TEST(MomentGyros, RejectsMisuse) {
   EXPECT_THROW(GyroArray(c.gyros, {0.2, 0.01, 0.6}), std::invalid_argument);
   PhaseSetup setup = steering(c, {1, 1, 1}, {1, 1, 1});
   setup.gyros.resize(2);
-  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // too few
+  EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // too few gyros
   setup = steering(c, {1, 1, 1}, {1, 1, 1});
   std::swap(setup.gyros[0].gimbal, setup.gyros[0].rotor);
   EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);
-  setup = telling(c, {0, 0, 0, 0});
+  setup = commanding_rates(c, {0, 0, 0, 0});
   setup.clock = {};
   EXPECT_THROW(PhaseDynamics(c.model, setup), std::invalid_argument);  // no actuator receives the command
 }

@@ -1,4 +1,4 @@
-/// The field near a reference orbit, against closed forms, two bodies integrated here and differenced, and itself.
+/// The gravity field near a reference orbit against closed forms, separate two-body integrations, and symmetries.
 
 #include "grapnel/simulate/orbit.hpp"
 
@@ -22,7 +22,7 @@ const IntegrationSetup kTight = [] {
   return tight;
 }();
 
-// 400 km above the Earth, its axes turned in W.
+// 400 km above the Earth, with axes rotated relative to W.
 ReferenceOrbit low_orbit(double eccentricity = 0, double true_anomaly = 0) {
   ReferenceOrbit orbit;
   orbit.mu = kMu;
@@ -33,8 +33,7 @@ ReferenceOrbit low_orbit(double eccentricity = 0, double true_anomaly = 0) {
   return orbit;
 }
 
-// The state of a free body that is at `p` in the orbit's axes O at t = 0 and moves there with `v`, without turning in
-// W.
+// The state of a free body at position `p` and velocity `v` in the orbital axes O at t = 0, without rotation in W.
 State beside(const Model& model, const ReferenceOrbit& orbit, const Vector3d& p, const Vector3d& v) {
   const OrbitPoint at = orbit_point(orbit, 0);
   State state = zero_state(model);
@@ -59,18 +58,18 @@ TEST(Orbit, LowOrbitValues) {
   const OrbitPoint at = orbit_point(low_orbit(), 0);
   EXPECT_NEAR(mean_motion(low_orbit()), 1.1314e-3, 5e-8);
   EXPECT_DOUBLE_EQ(at.rate, mean_motion(low_orbit()));
-  EXPECT_NEAR(3 * at.gradient * 10, 3.84e-5, 5e-8);  // [m/s^2]; 10 m above, at rest in the turning axes
-  // Two bodies of 1 t, 10 m apart: their moment of inertia across is 50 t m^2, and at 45 degrees to the vertical the
-  // torque is the largest, 3/2 mu/R^3 of it.
+  EXPECT_NEAR(3 * at.gradient * 10, 3.84e-5, 5e-8);  // [m/s^2]; 10 m above, at rest in the rotating axes
+  // Two bodies of 1 t, 10 m apart, have a transverse moment of inertia of 50 t m^2. The torque is maximal at 45 degrees
+  // to the vertical: 3/2 mu/R^3 times the moment of inertia.
   const Symmetric3d dumbbell = Symmetric3d::diagonal(0, 50e3, 50e3);
   const Vector3d torque =
       gravity_gradient_torque(at, at.R_WO * rotation_about({0, 0, 1}, std::numbers::pi / 4), dumbbell);
   EXPECT_NEAR(norm(torque), 1.5 * at.gradient * 50e3, 1e-15);
   EXPECT_NEAR(norm(torque), 0.096, 1e-4);
-  EXPECT_NEAR(dot(torque, at.R_WO.column(2)), -norm(torque), 1e-15);  // back to the vertical
+  EXPECT_NEAR(dot(torque, at.R_WO.column(2)), -norm(torque), 1e-15);  // restoring torque
 }
 
-// Gravity of one central body, two positions and velocities together.
+// Gravity of one central body on two bodies: positions and velocities of both.
 using Pair = std::array<long double, 12>;
 Pair rate_of(const Pair& y) {
   Pair rate{};
@@ -96,7 +95,8 @@ Pair fall(Pair y, double until, int steps) {
   }
   return y;
 }
-// Both bodies of an orbit at t = 0, from the central body, the second beside the first by p and v in W.
+// Positions and velocities of both bodies relative to the central body at t = 0. The second differs from the first by p
+// and v in W.
 Pair both(const ReferenceOrbit& orbit, const Vector3d& p, const Vector3d& v) {
   const double e = orbit.eccentricity, nu = orbit.true_anomaly;
   const double parameter = orbit.semi_major_axis * (1 - e * e), speed = std::sqrt(orbit.mu / parameter);
@@ -122,7 +122,7 @@ TEST(Orbit, ReferencePointIsTwoBodyMotion) {
         const Vector3d r = part_of(fall(both(orbit, {}, {}), t, 40000), 0);
         const OrbitPoint at = orbit_point(orbit, t);
         EXPECT_LT(place.note(norm(at.radius * at.radial() - r) / norm(r), n++), 1e-11);
-        // The axes turn at the rate that is stated.
+        // The axes rotate at the reported rate.
         const double dt = 1e-3;
         const Vector3d turned = orbit_point(orbit, t + dt).radial() - orbit_point(orbit, t - dt).radial();
         EXPECT_LT(norm(turned - 2 * dt * at.rate * at.R_WO.column(1)), 1e-12);
@@ -130,7 +130,7 @@ TEST(Orbit, ReferencePointIsTwoBodyMotion) {
       }
     }
   }
-  // Backwards in time, and through many turns.
+  // Backwards in time, over several periods.
   const ReferenceOrbit orbit = low_orbit(0.3, 0.5);
   const double period = 2 * std::numbers::pi / mean_motion(orbit);
   EXPECT_LT(norm(orbit_point(orbit, -7 * period).radial() - orbit.radial), 1e-12);
@@ -163,7 +163,7 @@ TEST(Orbit, DriftIsClohessyAndWiltshires) {
   }
 }
 
-// A thrust that keeps to the along-track direction, in the same frame as all else.
+// A thrust in the rotating along-track direction, in the frame of all other computations.
 TEST(Orbit, LoadRotatesWithOrbitalAxes) {
   const Model model = one_body(Symmetric3d::diagonal(1, 2, 2.5));  // 3 kg
   const ReferenceOrbit orbit = low_orbit();
@@ -208,7 +208,7 @@ TEST(Orbit, LinearFieldErrorIsSecondOrder) {
 
 // --- Attitudes ---
 
-// A long body a little off the vertical swings by sqrt(3) n in the plane of the orbit and by 2 n across it.
+// A slender body near the vertical librates with the frequency sqrt(3) n in the orbital plane and 2 n out of it.
 TEST(Orbit, DumbbellLibrates) {
   const double I = 50e3;
   const ReferenceOrbit orbit = low_orbit();
@@ -224,11 +224,12 @@ TEST(Orbit, DumbbellLibrates) {
   const Vector3d axis = transposed_times(end.R_WO, root_pose(model, after(model, setup, state, t), 0).R.column(0));
   const double swing = std::sqrt(3.0) * n * t;
   EXPECT_GT(swing, 7);
-  EXPECT_NEAR(axis[1] / off, std::cos(swing), 2e-6);  // measured 4e-7: of second order in the angle
+  EXPECT_NEAR(axis[1] / off, std::cos(swing), 2e-6);  // measured 4e-7: second order in the angle
   EXPECT_NEAR(axis[2] / off, std::cos(2 * n * t), 2e-6);
 }
 
-// The field is linear, so force and torque on a body are those on its parts: a welded pair moves as the body it makes.
+// The field is linear, so force and torque on a body are sums over its parts: a welded pair moves like the composite
+// body.
 TEST(Orbit, BodyEqualsWeldedParts) {
   BodyDescription root, welded;
   root.name = root.joint.name = "root";
@@ -254,19 +255,19 @@ TEST(Orbit, BodyEqualsWeldedParts) {
   EXPECT_LT(difference(a, b), 1e-9);
   EXPECT_GT(difference(a, start), 0.5);
   setup.orbit.reset();
-  EXPECT_GT(difference(a, after(pair, setup, start, 2000)), 1e-2);  // the field matters
+  EXPECT_GT(difference(a, after(pair, setup, start, 2000)), 1e-2);  // the field has an effect
 }
 
 // --- In the phase ---
 
-// A small and dense central body, so that the field is as strong as everything else.
+// A small and dense central body, so that the field is as strong as the other loads.
 TEST(Orbit, ImpulseAndWorkBalance) {
   Worst momentum("momentum less impulse of the field, over the largest"), energy("energy less its work");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 3, options.most_bodies = 9;
+    options.min_bodies = 3, options.max_bodies = 9;
     options.targets = 1;
     const Model model = with_friction(random_model(options, random), 0.2, 0);
     const State start = random_state(model, random, 0.4);
@@ -303,11 +304,11 @@ TEST(Orbit, ImpulseAndWorkBalance) {
   }
 }
 
-// Where the reference point is, and how it moves, in the frame of the computation: that frame itself is no matter.
+// Results do not depend on the origin and velocity of the inertial frame of the computation.
 TEST(Orbit, UniformlyMovingFramesAreEquivalent) {
   Random random(5);
   RobotOptions options;
-  options.least_bodies = 4, options.most_bodies = 6;
+  options.min_bodies = 4, options.max_bodies = 6;
   const Model model = random_model(options, random);
   const State start = random_state(model, random, 1e-2);
   const Vector3d origin{30, -200, 12}, velocity{0.2, -0.1, 0.3};
@@ -326,7 +327,7 @@ TEST(Orbit, UniformlyMovingFramesAreEquivalent) {
   setup.orbit->position = -origin, setup.orbit->velocity = -velocity;
   const State elsewhere = after(model, setup, moved(start, -origin, -velocity), t);
   EXPECT_LT(difference(in_world, moved(elsewhere, origin + t * velocity, velocity)), 1e-8);
-  setup.orbit->position = Vector3d::zero();  // forgotten
+  setup.orbit->position = Vector3d::zero();  // wrong: ignores the shift
   EXPECT_GT(difference(in_world, moved(after(model, setup, moved(start, -origin, -velocity), t), origin + t * velocity,
                                        velocity)),
             1e-2);
@@ -345,17 +346,17 @@ TEST(Orbit, FaultsAreNamed) {
     }
     return "none";
   };
-  const auto says = [&](const std::string& part, auto change) {
+  const auto expect_message = [&](const std::string& part, auto change) {
     EXPECT_NE(message(change).find(part), std::string::npos) << message(change);
   };
-  says("none", [](PhaseSetup&) {});
-  says("gravitational parameter", [](PhaseSetup& s) { s.orbit->mu = 0; });
-  says("semi-major axis", [](PhaseSetup& s) { s.orbit->semi_major_axis = -1; });
-  says("eccentricity", [](PhaseSetup& s) { s.orbit->eccentricity = 1; });
-  says("unit vectors", [](PhaseSetup& s) { s.orbit->radial = {2, 0, 0}; });
-  says("perpendicular", [](PhaseSetup& s) { s.orbit->along_track = s.orbit->radial; });
-  says("not finite", [](PhaseSetup& s) { s.orbit->true_anomaly = NAN; });
-  says("axes of an orbit", [](PhaseSetup& s) {
+  expect_message("none", [](PhaseSetup&) {});
+  expect_message("gravitational parameter", [](PhaseSetup& s) { s.orbit->mu = 0; });
+  expect_message("semi-major axis", [](PhaseSetup& s) { s.orbit->semi_major_axis = -1; });
+  expect_message("eccentricity", [](PhaseSetup& s) { s.orbit->eccentricity = 1; });
+  expect_message("unit vectors", [](PhaseSetup& s) { s.orbit->radial = {2, 0, 0}; });
+  expect_message("perpendicular", [](PhaseSetup& s) { s.orbit->along_track = s.orbit->radial; });
+  expect_message("not finite", [](PhaseSetup& s) { s.orbit->true_anomaly = NAN; });
+  expect_message("axes of an orbit", [](PhaseSetup& s) {
     s.loads.resize(1), s.loads[0].frame = LoadFrame::orbit;
     s.orbit.reset();
   });
@@ -370,22 +371,22 @@ TEST(Stream, ForceFollowsSurfaceProperties) {
   const auto near = [](const Vector3d& a, const Vector3d& b) { EXPECT_LT(norm(a - b), 1e-15); };
   near(stream_force(stream, d, up), {0, 0, -2});  // absorbed
   stream.specular = 1;
-  near(stream_force(stream, d, up), {0, 0, -4});  // thrown back
-  // A mirror is pushed along its normal only, by 2 p A cos^2.
+  near(stream_force(stream, d, up), {0, 0, -4});  // reflected
+  // The force on a mirror is along its normal: 2 p A cos^2.
   const Vector3d tilted{0.6, 0, 0.8};
   near(stream_force(stream, d, tilted), -4 * 0.64 * tilted);
   stream.specular = 0, stream.diffuse = 1;
-  near(stream_force(stream, d, up), {0, 0, -2 - 4.0 / 3});  // 2/3 of a mirror's more
+  near(stream_force(stream, d, up), {0, 0, -2 - 4.0 / 3});  // diffuse reflection adds 2/3
   stream.diffuse = 0;
   near(stream_force(stream, d, tilted), {0, 0, -2 * 0.8});
-  near(stream_force(stream, d, -tilted), {0, 0, 0});  // in its own shadow
+  near(stream_force(stream, d, -tilted), {0, 0, 0});  // the front side is in shadow
   stream.both_sides = true;
   near(stream_force(stream, d, -tilted), {0, 0, -2 * 0.8});
   stream.diffuse = 0.3, stream.specular = 0.4;
   near(stream_force(stream, d, -tilted), stream_force(stream, d, tilted));
 }
 
-// A plate that turns under the stream: momentum by the integral of p A cos^+(w t), its centre of pressure at the
+// A plate that rotates in the stream: the momentum is the integral of p A cos^+(w t). The centre of pressure is at the
 // centre of mass.
 TEST(Stream, FollowsAttitude) {
   const Model model = one_body(Symmetric3d::diagonal(1, 1, 2));

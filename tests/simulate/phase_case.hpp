@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random robots in a phase: models with friction, drives, and totals body by body.
+/// Random robots in a phase: models with friction, drives, and totals summed over bodies.
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -9,7 +9,7 @@
 
 namespace grapnel::testing {
 
-/// The model with every one-degree-of-freedom joint given friction and an effort limit.
+/// Adds friction and an effort limit to every joint with one degree of freedom.
 inline Model with_friction(const Model& model, double viscous, double coulomb,
                            double effort = std::numeric_limits<double>::infinity()) {
   ModelBuilder builder;

@@ -1,4 +1,4 @@
-/// Reaction wheels: exact exchange of momentum, largest rates and torques, gyroscopic coupling, sharing among wheels.
+/// Reaction wheels: exact exchange of momentum, maximum rates and torques, gyroscopic coupling, torque distribution.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace reaction_wheels_test {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-// A body with rotors about axes in it; its inertia includes them.
+// A body with rotors about body-fixed axes; its inertia includes them.
 struct Gyrostat {
   Model model;
   std::vector<ReactionWheel> wheels;
@@ -81,14 +81,14 @@ Vector3d rate_of(const Gyrostat& g, const State& state) {
   return {state.v[base.v], state.v[base.v + 1], state.v[base.v + 2]};
 }
 
-// Asks for a torque on the base that does not change.
+// Commands a constant torque on the base.
 struct ConstantTorque : Controller {
   explicit ConstantTorque(const Vector3d& t) : torque(t) {}
   void update(const ControlInput&, ControlCommand& command) override { command.base_torque = torque; }
   Vector3d torque;
 };
 
-PhaseSetup asking(const Gyrostat& g, const Vector3d& torque) {
+PhaseSetup commanding_torque(const Gyrostat& g, const Vector3d& torque) {
   PhaseSetup setup;
   setup.controller = std::make_shared<ConstantTorque>(torque);
   setup.commanded_root = g.model.body_index("base");
@@ -96,18 +96,18 @@ PhaseSetup asking(const Gyrostat& g, const Vector3d& torque) {
   return setup;
 }
 
-// A wheel with the torque u takes a body's spin in (J - J_s) w0 / u, and then turns at J w0 / J_s.
+// A wheel with the torque u absorbs the spin of a body in the time (J - J_s) w0 / u. Its final rate is J w0 / J_s.
 TEST(ReactionWheels, AbsorbSpinInExpectedTime) {
   constexpr double J = 4, J_s = 0.05, w0 = 0.3, u = 0.2;
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s);
-  PhaseDynamics dynamics(g.model, asking(g, {0, 0, -u}));
+  PhaseDynamics dynamics(g.model, commanding_torque(g, {0, 0, -u}));
   EXPECT_FALSE(dynamics.is_disturbed());
   const State start = spinning(g, {0, 0, w0});
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, (J - J_s) * w0 / u, 0.5, {}, [&](const PhaseSample& s) {
     EXPECT_NEAR(rate_of(g, s.state)[2], w0 - u * s.time / (J - J_s), 1e-14);
     EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
     EXPECT_NEAR(s.dynamics->control_torque()[2], -u, 1e-15);
-    // The motor takes out and puts in: kinetic energy changes by its work alone.
+    // The kinetic energy changes by the work of the motor only.
     EXPECT_NEAR(totals(g.model, s.state).energy - totals(g.model, start).energy, s.integrals.motor_work, 1e-12);
   });
   ASSERT_TRUE(o.finished) << o.failure;
@@ -115,13 +115,13 @@ TEST(ReactionWheels, AbsorbSpinInExpectedTime) {
   EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], J * w0 / J_s, 1e-12 * J * w0 / J_s);
 }
 
-// Bearings turn a free wheel's spin into heat and give its momentum to the base: W' m = -(c W + d), m = J_s (1 -
-// J_s/J).
+// Bearing friction dissipates the energy of a free wheel and transfers its momentum to the base: W' m = -(c W + d), m =
+// J_s (1 - J_s/J).
 TEST(ReactionWheels, BearingFrictionTransfersMomentum) {
   constexpr double J = 4, J_s = 0.05, c = 2e-4, d = 3e-3, W = 40, m = J_s * (1 - J_s / J);
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, kNone, c, d);
-  PhaseSetup setup;                                 // nothing drives it
-  State start = spinning(g, {0, 0, -J_s * W / J});  // at rest in all
+  PhaseSetup setup;                                 // no drive
+  State start = spinning(g, {0, 0, -J_s * W / J});  // zero total momentum
   start.v[g.wheels[0].velocity] = W;
   const double energy = totals(g.model, start).energy;
   double off = 0, heat = 0;
@@ -141,13 +141,13 @@ TEST(ReactionWheels, BearingFrictionTransfersMomentum) {
   EXPECT_GT(-o.integrals.friction_work, 0.5 * energy);
 }
 
-// At its maximum rate a wheel accepts no more torque: the remaining spin follows from the momentum. With a command of
-// the opposite sign it slows down immediately.
+// At its maximum rate a wheel provides no more torque: the remaining spin follows from the momentum. A command of the
+// opposite sign decelerates it immediately.
 TEST(ReactionWheels, SpinRemainsAtMaximumRate) {
   constexpr double J = 4, J_s = 0.05, w0 = 0.3, u = 0.2, most = 20;
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, most);
   const auto controller = std::make_shared<ConstantTorque>(Vector3d{0, 0, -u});
-  PhaseSetup setup = asking(g, {});
+  PhaseSetup setup = commanding_torque(g, {});
   setup.controller = controller;
   PhaseDynamics dynamics(g.model, setup);
   double largest = 0;
@@ -168,7 +168,7 @@ TEST(ReactionWheels, SpinRemainsAtMaximumRate) {
   EXPECT_NEAR(rate_of(g, slower.end_state)[2] - rate_of(g, o.end_state)[2], u / (J - J_s), 1e-13);
 }
 
-// A wheel that holds its largest rate is let go when the base, turned by something else, asks it to turn back.
+// A wheel held at its maximum rate is released when attitude control reverses the commanded torque.
 TEST(ReactionWheels, FreedWhenTorqueReverses) {
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, 4), {{0, 0, 1}}, 0.05, kNone, 10);
   PhaseSetup setup;
@@ -191,8 +191,8 @@ TEST(ReactionWheels, FreedWhenTorqueReverses) {
   EXPECT_LT(off, 1e-12);
 }
 
-// The rate of a body with freely turning wheels, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an
-// independent integration, without bodies, joints or recursions.
+// The rate of a body with free wheels, by J w' = -w x (J w + sum a h), h = J_s (rate + a.w) constant: an independent
+// integration, without bodies, joints or recursions.
 TEST(ReactionWheels, GyroscopicCoupling) {
   const Symmetric3d J{3, 4, 5, 0.2, -0.1, 0.3};
   constexpr double J_s = 0.08;
@@ -201,7 +201,7 @@ TEST(ReactionWheels, GyroscopicCoupling) {
   State start = spinning(g, {0.2, -0.3, 0.25});
   const double rates[] = {40, -25, 60, 10};
   Vector3d stored = Vector3d::zero();  // sum a h
-  Symmetric3d rest = J;                // J less J_s a a^T
+  Symmetric3d rest = J;                // J - sum J_s a a^T
   for (std::size_t i = 0; i < axes.size(); ++i) {
     start.v[g.wheels[i].velocity] = rates[i];
     const Vector3d& a = axes[i];
@@ -232,8 +232,8 @@ TEST(ReactionWheels, GyroscopicCoupling) {
   EXPECT_LT(off, 1e-11);
 }
 
-// Four wheels bring a tumbling body to rest at its attitude; one that reaches its largest rate leaves the torque to the
-// other three, which give all of it.
+// Four wheels bring a tumbling body to rest at its attitude. If one wheel reaches its maximum rate, the other three
+// provide the whole torque.
 TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
   const Gyrostat g = gyrostat({3, 4, 5, 0.2, -0.1, 0.3}, pyramid(), 0.05, 0.5, 9.5);
   PhaseSetup setup;
@@ -245,7 +245,7 @@ TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
   double given = 0, off = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 80, 0.1, {}, [&](const PhaseSample& s) {
     const Quaterniond q = quaternion_from(root_pose(g.model, s.state, setup.attitude->root).R);
-    const Vector3d asked = attitude_torque(*setup.attitude, q, rate_of(g, s.state));
+    const Vector3d commanded = attitude_torque(*setup.attitude, q, rate_of(g, s.state));
     bool held = false, cut = false;
     for (const ReactionWheel& wheel : g.wheels) {
       held = held || std::abs(s.state.v[wheel.velocity]) > 9.5 * (1 - 1e-11);
@@ -253,8 +253,8 @@ TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
       EXPECT_LT(std::abs(s.state.v[wheel.velocity]), 9.5 * (1 + 1e-11));
     }
     at_limit += held;
-    // What holds the wheel at its rate is small beside, and the law knows nothing of it.
-    if (!cut) given = std::max(given, norm(s.dynamics->control_torque() - asked));
+    // The torque that holds the wheel at its rate is small, and the control law ignores it.
+    if (!cut) given = std::max(given, norm(s.dynamics->control_torque() - commanded));
     off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
   });
   ASSERT_TRUE(o.finished) << o.failure;
@@ -266,8 +266,7 @@ TEST(ReactionWheels, RedistributeTorqueAtMaximumRate) {
   EXPECT_LT(norm(rate_of(g, o.end_state)), 1e-6);
 }
 
-// Whatever the wheels, rates stay within their largest ones, and momentum and energy are kept, with many changes of
-// mode.
+// Random wheels with many changes of mode: rates stay within their maxima, momentum and energy are conserved.
 TEST(ReactionWheels, StayWithinMaximumRates) {
   Random random(7301);
   double off = 0, lost = 0;
@@ -305,17 +304,17 @@ TEST(ReactionWheels, StayWithinMaximumRates) {
   EXPECT_LT(lost, 1e-9);
 }
 
-// Motors that are asked for more than they have keep the direction of the torque.
-TEST(ReactionWheels, KeepDirectionOfExcessiveTorque) {
+// Saturated motors preserve the direction of the torque.
+TEST(ReactionWheels, PreserveDirectionOfExcessiveTorque) {
   const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 4, 5), pyramid(), 0.05, 0.1);
   WheelArray wheels(g.wheels);
   std::vector<double> effort(g.model.joints().size());
-  const Vector3d asked{0.02, -0.01, 0.03};
-  wheels.drive(asked, effort);
-  EXPECT_LT(norm(wheels.torque_of(effort) - asked), 1e-16);
-  wheels.drive(100.0 * asked, effort);
+  const Vector3d commanded{0.02, -0.01, 0.03};
+  wheels.drive(commanded, effort);
+  EXPECT_LT(norm(wheels.torque_of(effort) - commanded), 1e-16);
+  wheels.drive(100.0 * commanded, effort);
   const Vector3d given = wheels.torque_of(effort);
-  EXPECT_LT(norm(cross(given, asked)) / (norm(given) * norm(asked)), 1e-15);
+  EXPECT_LT(norm(cross(given, commanded)) / (norm(given) * norm(commanded)), 1e-15);
   double largest = 0;
   for (double u : effort) largest = std::max(largest, std::abs(u));
   EXPECT_NEAR(largest, 0.1, 1e-16);

@@ -1,4 +1,4 @@
-/// Sampled control: bounds of stability and growth against exact roots, delays, held commands, user-defined
+/// Sampled control: stability bounds and growth rates against exact roots, delays, held commands, user-defined
 /// controllers.
 
 #include <gtest/gtest.h>
@@ -22,19 +22,19 @@ PhaseSetup damped(const Model& model, double a, double delay) {
   return setup;
 }
 
-// The rates at the samples, by the recursion that is exact: between two edges the torque is held, so the rate is
-// linear. The delay is less than two periods: over the first part of a period the command of one sample acts, over the
-// rest that of the next.
+// The rates at the samples by the exact recursion: the torque is constant between two edges, so the rate is linear. In
+// the first part of a period the command of one sample acts, in the rest that of the next sample. The delay is less
+// than two periods.
 std::vector<double> exact_rates(double a, double delay, int samples) {
   const int whole = static_cast<int>(std::floor(delay / kPeriod + 1e-9));
-  const double part = std::max(0.0, delay / kPeriod - whole);  // of a period
+  const double part = std::max(0.0, delay / kPeriod - whole);  // fraction of a period
   std::vector<double> w = {1};
   const auto at = [&](int k) { return k < 0 ? 0.0 : w[k]; };
   for (int k = 0; k < samples; ++k) w.push_back(w[k] - a * (part * at(k - whole - 1) + (1 - part) * at(k - whole)));
   return w;
 }
 
-// Sampled exactly when they are: the last value of each sample's own piece.
+// The simulated rates, exactly at the samples: the last value of each segment.
 std::vector<double> simulated_rates(double a, double delay, int samples, double& lost) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, damped(model, a, delay));
@@ -79,7 +79,7 @@ double growth(double a, double delay) {
   double lost = 0;
   constexpr int kFar = 400;
   const std::vector<double> w = simulated_rates(a, delay, kFar, lost);
-  // Of an oscillation the envelope: w_k^2 - w_{k+1} w_{k-1} grows by the product of both roots.
+  // Envelope of an oscillation: w_k^2 - w_{k+1} w_{k-1} grows by the product of both roots.
   const auto envelope = [&](int k) { return std::sqrt(std::abs(w[k] * w[k] - w[k + 1] * w[k - 1])); };
   if (delay == 0) return std::pow(std::abs(w[kFar] / w[100]), 1.0 / (kFar - 100));
   return std::pow(envelope(kFar - 1) / envelope(100), 1.0 / (kFar - 101));
@@ -102,7 +102,7 @@ TEST(SampledControl, RateDampingIsStableUpToTheExactBound) {
   EXPECT_LT(off, 1e-12);
 }
 
-// The same of a free body under attitude control about one axis: the torque comes from outside.
+// The same for a free body under attitude control about one axis, with an external torque.
 TEST(SampledControl, DampsBaseByExternalTorque) {
   const Model model = one_body(Symmetric3d::diagonal(2, 3, 4));
   constexpr double kDamping = 3 * 1.5 / kPeriod;  // a = 1.5 about y
@@ -134,8 +134,8 @@ TEST(SampledControl, ReportsUnstableLoop) {
   EXPECT_NE(o.failure.find("the sample time of 0.01 s"), std::string::npos) << o.failure;
 }
 
-// Held and delayed commands outlive a piece of the run; a step never crosses an edge.
-TEST(SampledControl, HoldsAcrossPieces) {
+// Held and delayed commands persist across segments; a step never crosses an edge.
+TEST(SampledControl, HoldsAcrossSegments) {
   const Model model = flywheel({});
   const double delay = 1.3 * kPeriod;
   const auto run = [&](const std::vector<double>& ends) {
@@ -143,7 +143,7 @@ TEST(SampledControl, HoldsAcrossPieces) {
     State state = turning(model, 1);
     double t = 0;
     for (const double end : ends) {
-      PhaseDynamics dynamics(model, setup);  // with the one clock
+      PhaseDynamics dynamics(model, setup);  // with the same clock
       const PhaseOutcome o = simulate_phase(dynamics, state, t, end, 0, {});
       EXPECT_TRUE(o.finished) << o.failure;
       state = o.end_state, t = end;
@@ -178,10 +178,10 @@ TEST(SampledControl, ComputedTorqueAndNoiseAreReadAtTheSamples) {
   EXPECT_GT(std::abs(setup.drives[0].noise.at(0.1).position), 1e-5);
 }
 
-// A user-defined controller that computes the same as pd.
+// A user-defined controller equivalent to pd.
 class OwnPd final : public Controller {
  public:
-  void begin_piece(const Model&, double) override { ++pieces; }
+  void begin_segment(const Model&, double) override { ++segments; }
   void update(const ControlInput& in, ControlCommand& out) override {
     ++updates;
     for (std::size_t j = 0; j < out.effort.size(); ++j)
@@ -190,7 +190,7 @@ class OwnPd final : public Controller {
     out.base_torque = {0, 0, base};
   }
   double value = 1, base = 0;
-  int pieces = 0, updates = 0;
+  int segments = 0, updates = 0;
 };
 
 TEST(Controller, EqualsBuiltInLaw) {
@@ -211,7 +211,7 @@ TEST(Controller, EqualsBuiltInLaw) {
     EXPECT_NEAR(o.end_state.q[0], expected.end_state.q[0], 1e-12);
     EXPECT_NEAR(o.integrals.motor_work, expected.integrals.motor_work, 1e-12);
     EXPECT_GT(o.integrals.motor_work, 0.1);
-    EXPECT_EQ(own->pieces, 1);
+    EXPECT_EQ(own->segments, 1);
     EXPECT_EQ(sampled ? own->updates : 100, 100);
   }
 }

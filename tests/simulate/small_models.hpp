@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// One turning joint on the ground and one free body, for closed forms.
+/// One revolute joint on the ground and one free body, for closed forms.
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-/// Phases that end where a condition falls to zero.
+/// Phases that end when a condition decreases to zero.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,14 +49,14 @@ TEST(Stop, MatchesClosedForm) {
   EXPECT_LE(s.outcome.integrals.external_work, 0);
 }
 
-// The state at the stop is that of a phase that ends there by itself.
+// The state at the stop equals that of a phase with the same end time.
 TEST(Stop, StateEqualsPhaseOfSameLength) {
   Worst worst("state at the stop against a phase of that length");
   for (int i = 0; i < 10; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
     RobotOptions options;
-    options.least_bodies = 4, options.most_bodies = 8;
+    options.min_bodies = 4, options.max_bodies = 8;
     const Model model = random_model(options, random);
     const State start = random_state(model, random, 0.5);
     PhaseSetup setup;
@@ -94,12 +94,12 @@ TEST(Stop, NeverEqualsPhaseWithout) {
   EXPECT_TRUE(s.outcome.finished);
   EXPECT_EQ(s.outcome.end_time, 2);
   EXPECT_THAT(s.times, ElementsAre(0, 0.5, 1, 1.5, 2));
-  // Rising through zero is no fall; a fall after it is.
+  // A condition may increase first; the stop is at its decrease to zero.
   const auto window = [](double t, const State&) { return t < 1 ? 0.5 + t : 4 - 2.5 * t; };
   EXPECT_NEAR(run_until(dynamics, turning(model, 1), 0, 2, 0, window).outcome.end_time, 1.6, 1e-13);
 }
 
-TEST(Stop, OnAnOutputTimeGivesOneSample) {
+TEST(Stop, OnAnOutputTimeYieldsOneSample) {
   const Model model = flywheel({});
   PhaseDynamics dynamics(model, {});
   for (double end : {1.0, 5.0}) {
@@ -131,15 +131,15 @@ TEST(Stop, FoundAfterBreak) {
   PhaseSetup setup;
   setup.drives.resize(1);
   setup.drives[0].control = JointControl::prescribed;
-  setup.drives[0].trajectory.pieces = {{0, 1, ChebyshevPiece{{0}}},
-                                       {1, 3, ChebyshevPiece{{0.75, 1, 0.25}}}};  // 0.5 (x + 1)^2
+  setup.drives[0].trajectory.segments = {{0, 1, ChebyshevSegment{{0}}},
+                                         {1, 3, ChebyshevSegment{{0.75, 1, 0.25}}}};  // 0.5 (x + 1)^2
   PhaseDynamics dynamics(model, setup);
   const Stopped s = run_until(dynamics, turning(model, 0), 0, 3, 0.5, angle_below(0.32));
   EXPECT_TRUE(s.outcome.stopped);
   EXPECT_NEAR(s.outcome.end_time, 1.8, 1e-12);
   EXPECT_NEAR(s.outcome.end_state.v[0], 0.8, 1e-12);
   EXPECT_THAT(s.times, ElementsAre(0, 0.5, 1, 1.5, s.outcome.end_time));
-  // A condition that turns at the break itself.
+  // A condition that reaches zero exactly at the break.
   const auto until_one = [](double t, const State&) { return 1 - t; };
   const Stopped at_break = run_until(dynamics, turning(model, 0), 0, 3, 0.5, until_one);
   EXPECT_EQ(at_break.outcome.end_time, 1);

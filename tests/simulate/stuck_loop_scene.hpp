@@ -2,7 +2,7 @@
 
 /// @file
 /// Arms at rest on one base that hold one target, with sticking friction at every joint: closed loops, planar and
-/// spatial, or a tree. And what convex programs of another kind say of them, from the mass matrix.
+/// spatial, or a tree. Reference solutions by other convex programs from the mass matrix.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -21,7 +21,7 @@ struct ArmsOptions {
   double static_share = 1;  // breakaway over Coulomb's friction
 };
 
-/// One description of a scene, of which equal ones are made: turned, carried by another arm, in other units.
+/// Description of a scene, for equivalent scenes: rotated, with another carrying arm, or in other units.
 struct Arms {
   struct Joint {
     JointType type;
@@ -36,7 +36,7 @@ struct Arms {
   std::vector<Posed> tips;  // in the last link
   double target_mass;
   Symmetric3d base_inertia, target_inertia;
-  Wrenchd load;  // on the target at its centre of mass, in W, of a base in the origin
+  Wrenchd load;  // on the target at its centre of mass, in W, with the base in the origin
 };
 
 struct Scene {
@@ -44,7 +44,7 @@ struct Scene {
   State state;
   std::vector<LoopClosure> closures;
   ExternalLoad load;
-  std::vector<std::string> joints;  // by names: the order of equal scenes
+  std::vector<std::string> joints;  // joint order, equal for equivalent scenes
   PhaseSetup setup() const {
     PhaseSetup s;
     s.closures = closures, s.loads = {load};
@@ -84,8 +84,8 @@ inline Symmetric3d times(double x, const Symmetric3d& I) {
   return {x * I.xx, x * I.yy, x * I.zz, x * I.xy, x * I.xz, x * I.yz};
 }
 
-/// The scene of a description, turned by `R`, with the target on the arm `carrier`, arms given from `carrier` on, in
-/// units of length and mass.
+/// The scene of a description, rotated by `R`, in units of length and mass. The arm `carrier` comes first and carries
+/// the target.
 inline Scene scene_of(const Arms& a, const Rotationd& R = Rotationd::identity(), int carrier = 0, double length = 1,
                       double mass = 1) {
   const double effort = mass * length * length;
@@ -117,7 +117,7 @@ inline Scene scene_of(const Arms& a, const Rotationd& R = Rotationd::identity(),
     target.name = target.joint.name = "target", target.parent = name(k, a.options.joints - 1);
     target.joint.type = JointType::fixed;
     target.X_PF = scaled(a.tips[static_cast<std::size_t>(k)]);
-    if (carrier != 0) {  // where the first arm has it
+    if (carrier != 0) {  // at its pose with the first arm as carrier
       const Scene by_first = scene_of(a, R, 0, length, mass);
       const Kinematics there = forward_kinematics(by_first.model, by_first.state);
       target.X_PF = inverse(there.X_WB[by_first.model.body_index(target.parent)]) *
@@ -201,17 +201,17 @@ struct DenseRest {
     alone = (E.transpose() * Eigen::LDLT<Eigen::MatrixXd>(mass_matrix(s.model, s.state)).solve(E)).diagonal();
   }
 
-  /// Largest share of breakaway in the admissible set that has the least, by a linear program in the directions in
-  /// which the joints can move. 0: no friction is needed.
+  /// Minimum over all admissible friction of the largest share of breakaway, by a linear program in the directions in
+  /// which the joints can move. 0: no friction is required.
   double least_share() const {
     const Eigen::Index n = b.size();
-    // In units in which each joint alone has the mobility 1.
+    // In units in which the mobility of each joint alone is 1.
     const Eigen::VectorXd unit = alone.cwiseSqrt().cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * A * unit.asDiagonal());
     Eigen::Index first = 0;
     while (first < n && eigen.eigenvalues()[first] <= 1e-10) ++first;
     const Eigen::MatrixXd V = eigen.eigenvectors().rightCols(n - first).transpose();
-    // Of shares of breakaway.
+    // Columns for shares of breakaway.
     const Eigen::MatrixXd U = V * (breakaway.cwiseQuotient(unit)).asDiagonal();
     const Eigen::VectorXd g = V * unit.cwiseProduct(b);
     const Eigen::VectorXd right = -eigen.eigenvalues().tail(n - first).cwiseInverse().cwiseProduct(g);
@@ -226,7 +226,7 @@ struct DenseRest {
     }
     Eigen::VectorXd rhs = Eigen::VectorXd::Zero(rows), cost = Eigen::VectorXd::Zero(3 * n + 1);
     rhs.head(U.rows()) = right, cost[3 * n] = 1;
-    return least_cost(L, rhs, cost).value()[3 * n];
+    return min_cost(L, rhs, cost).value()[3 * n];
   }
 
   /// Accelerations of the convex program min 1/2 (a - a_free)^T M (a - a_free) + sum c |a| in its dual, by accelerated
@@ -253,10 +253,10 @@ struct DenseRest {
   }
 };
 
-/// What Grapnel says of a scene.
+/// Grapnel's solution of a scene.
 struct RestAnswer {
   Eigen::VectorXd acceleration, friction, sense;  // sense 0: held
-  bool held = true;                               // all of them
+  bool held = true;                               // all joints
 };
 
 inline RestAnswer answer_of(const Scene& s) {

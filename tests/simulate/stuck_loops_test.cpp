@@ -1,5 +1,5 @@
-/// Joints at rest with sticking friction in closed loops: which slip, against convex programs from the dense mass
-/// matrix; the same in turned, permuted, rescaled and perturbed scenes; events; structures without mobility.
+/// Joints at rest with sticking friction in closed loops: slipping joints against convex programs from the dense mass
+/// matrix; equal results for rotated, permuted, rescaled and perturbed scenes; events; structures without mobility.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace grapnel::testing {
 namespace stuck_loops_test {
 
-// Scenes near breakaway and beyond, of all kinds.
+// Random options for scenes of all kinds.
 ArmsOptions options_of(int i, Random& random) {
   ArmsOptions o;
   o.planar = i % 2 == 0;
@@ -21,7 +21,7 @@ ArmsOptions options_of(int i, Random& random) {
   return o;
 }
 
-// The load at this share of what just breaks away; false: no load moves anything.
+// Scales the load to this share of the breakaway load; false if no load moves any joint.
 bool load_at(Scene& s, double share) {
   const double least = DenseRest(s).least_share();
   if (least < 1e-6) return false;
@@ -33,8 +33,8 @@ struct Worst {
   double acceleration = 0, share = 0, balance = 0;
 };
 
-// What any answer has to keep: friction within breakaway at held joints, Coulomb's friction against the acceleration at
-// those that slip, and the accelerations that follow from it.
+// Conditions of every solution: friction within breakaway at held joints, Coulomb friction against the acceleration at
+// slipping joints, and consistent accelerations.
 void expect_consistent(const Scene& s, const RestAnswer& a, Worst& worst) {
   const DenseRest dense(s);
   for (Eigen::Index i = 0; i < a.friction.size(); ++i) {
@@ -63,7 +63,7 @@ TEST(StuckLoops, AtRestIfFrictionSuffices) {
     const bool mobile = load_at(s, share);
     const RestAnswer a = answer_of(s);
     if (!mobile) {
-      // Mobility and accelerations are rounding here: there is no balance to compare them with.
+      // Mobility and accelerations are of the order of rounding here: the balance has no scale.
       Worst without_balance = worst;
       expect_consistent(s, a, without_balance);
       worst.share = without_balance.share;
@@ -89,7 +89,7 @@ TEST(StuckLoops, AtRestIfFrictionSuffices) {
   EXPECT_GT(rigid, 10);
 }
 
-// Breakaway above Coulomb's friction: at rest as far as it holds, else consistent with both.
+// Breakaway above Coulomb friction: at rest up to breakaway, otherwise consistent with both.
 TEST(StuckLoops, BreakAwayAtStaticAndSlipUnderCoulombFriction) {
   Worst worst;
   int move = 0;
@@ -111,7 +111,7 @@ TEST(StuckLoops, BreakAwayAtStaticAndSlipUnderCoulombFriction) {
   EXPECT_GT(move, 100);
 }
 
-// All modes of up to five joints, one by one: exactly those that fit have the accelerations found.
+// Enumeration of all modes of up to five joints: exactly the consistent modes have the computed accelerations.
 TEST(StuckLoops, ConsistentWithAnyValidMode) {
   int fitting = 0;
   for (int i = 0; i < 60; ++i) {
@@ -156,14 +156,14 @@ TEST(StuckLoops, ConsistentWithAnyValidMode) {
   EXPECT_GT(fitting, 40);
 }
 
-// Turned, held by another arm with the joints in another order, in other units, and off by rounding: the same modes.
+// Scenes rotated, held by another arm with another joint order, in other units, or perturbed by rounding: equal modes.
 TEST(StuckLoops, IndependentOfFramesOrderUnitsAndRounding) {
   for (int i = 0; i < 150; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(3000 + i);
     ArmsOptions o = options_of(i, random);
     o.arms = std::max(o.arms, 2);
-    o.grasp = GraspModel::rigid;  // as the arm that carries the target holds it
+    o.grasp = GraspModel::rigid;  // like the connection to the carrying arm
     if (i % 4 == 0) o.static_share = 1.3;
     Arms arms = random_arms(o, random);
     Scene s = scene_of(arms);
@@ -202,7 +202,7 @@ TEST(StuckLoops, BreakAwayTime) {
     Random random(4000 + i);
     ArmsOptions o;
     o.planar = i % 2 == 0, o.arms = 2 + i % 3 / 2, o.joints = o.planar ? 3 : o.arms == 2 ? 4 : 5;
-    o.ground = true;  // nothing moves before
+    o.ground = true;  // no motion before breakaway
     Scene s = scene_of(random_arms(o, random));
     if (!load_at(s, 1)) continue;
     s.load.profile.shape = LoadProfile::Shape::table;
@@ -225,8 +225,8 @@ TEST(StuckLoops, BreakAwayTime) {
   }
 }
 
-// Two arms of one joint each hold a target as a structure: what holds the one that sticks is open, and stays within
-// what it can hold, however large the load.
+// Arms of one joint each hold a target as a structure without mobility. The friction is undetermined, and its
+// minimum-norm choice is negligible for any load.
 TEST(StuckLoops, ImmobileStructuresMinimumNorm) {
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(seed_note(i));

@@ -1,4 +1,4 @@
-/// Least-fuel on-times of thrusters, against all corners of random arrays.
+/// Minimum-propellant on-times of thrusters against enumeration of all corners for random arrays.
 
 #include "grapnel/simulate/thruster_allocation.hpp"
 
@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace thruster_allocation_test {
 
-// The least cost over all corners: bases of as many columns as rows, whose solution is not negative.
+// The minimum cost over all corners: bases of as many columns as rows with nonnegative solutions.
 double cheapest_corner(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c) {
   const auto m = A.rows(), n = A.cols();
   double least = std::numeric_limits<double>::infinity();
@@ -33,7 +33,7 @@ double cheapest_corner(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const
   return least;
 }
 
-TEST(LeastCost, OptimalCorner) {
+TEST(MinCost, OptimalCorner) {
   Random random(180);
   int solved = 0, impossible = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -46,7 +46,7 @@ TEST(LeastCost, OptimalCorner) {
     }
     for (int j = 0; j < n; ++j) c[j] = random.uniform(0.1, 1);
     const double best = cheapest_corner(A, b, c);
-    const std::optional<Eigen::VectorXd> x = least_cost(A, b, c);
+    const std::optional<Eigen::VectorXd> x = min_cost(A, b, c);
     ASSERT_EQ(x.has_value(), std::isfinite(best)) << "trial " << trial;
     if (!x) {
       ++impossible;
@@ -61,20 +61,20 @@ TEST(LeastCost, OptimalCorner) {
   EXPECT_GT(impossible, 50);
 }
 
-TEST(LeastCost, DropsRedundantRows) {
+TEST(MinCost, DropsRedundantRows) {
   Eigen::MatrixXd A(3, 3);
   A << 1, -1, 2, 2, -2, 4, 0, 0, 0;
   const Eigen::Vector3d c(1, 1, 3);
-  const auto x = least_cost(A, Eigen::Vector3d(2, 4, 0), c);
+  const auto x = min_cost(A, Eigen::Vector3d(2, 4, 0), c);
   ASSERT_TRUE(x);
-  EXPECT_NEAR((*x)[0], 2, 1e-14);  // 2 of cost 2, and not 1 of the third of cost 3
-  EXPECT_FALSE(least_cost(A, Eigen::Vector3d(2, 5, 0), c));
-  EXPECT_FALSE(least_cost(A, Eigen::Vector3d(2, 4, 1), c));
-  EXPECT_EQ(least_cost(A, Eigen::Vector3d::Zero(), c)->norm(), 0);
-  EXPECT_THROW(least_cost(A, Eigen::Vector2d::Zero(), c), std::invalid_argument);
+  EXPECT_NEAR((*x)[0], 2, 1e-14);  // 2 units at cost 1 each, not 1 unit of the third at cost 3
+  EXPECT_FALSE(min_cost(A, Eigen::Vector3d(2, 5, 0), c));
+  EXPECT_FALSE(min_cost(A, Eigen::Vector3d(2, 4, 1), c));
+  EXPECT_EQ(min_cost(A, Eigen::Vector3d::Zero(), c)->norm(), 0);
+  EXPECT_THROW(min_cost(A, Eigen::Vector2d::Zero(), c), std::invalid_argument);
 }
 
-// Pairs on the corners of a cube, each with its opposite one.
+// Couples of opposite thrusters about each axis.
 std::vector<Thruster> couples(double force = 2) {
   std::vector<Thruster> thrusters;
   for (int axis = 0; axis < 3; ++axis) {
@@ -109,22 +109,22 @@ TEST(ThrusterAllocation, PureTorqueIfPossible) {
   }
   EXPECT_LT(norm(torque - wanted), 1e-15);
   EXPECT_LT(norm(force), 1e-15);
-  // Levers of 1 m: two thrusters of 2 N give 4 N m, for as long as |torque| / 4.
+  // Levers of 1 m: two thrusters of 2 N give 4 N m, for the time |torque| / 4.
   EXPECT_NEAR(used, 1.2 / 4 * 2 * mass_flow(array[0]), 1e-15);
 }
 
 TEST(ThrusterAllocation, ReportsInfeasibleTorque) {
   std::vector<Thruster> array = couples();
-  array.resize(8);  // none about z
+  array.resize(8);  // no torque about z
   const ThrusterAllocation allocation(array, {0, 0, 0});
   EXPECT_TRUE(allocation.is_pure());
-  EXPECT_TRUE(allocation.can_give({0, -1, 0}));
-  EXPECT_FALSE(allocation.can_give({0, 0, 1}));
-  array.erase(array.begin());  // one of a couple: the rest can turn, but not without a force
+  EXPECT_TRUE(allocation.can_provide({0, -1, 0}));
+  EXPECT_FALSE(allocation.can_provide({0, 0, 1}));
+  array.erase(array.begin());  // an incomplete couple: torque is available only together with a force
   EXPECT_FALSE(ThrusterAllocation(array, {0, 0, 0}).is_pure());
 }
 
-// Torques are those about the point that is said, and what is cheap is propellant, not time.
+// Torques are about the given point, and the cost is propellant, not time.
 TEST(ThrusterAllocation, AboutPointWithMinimumPropellant) {
   std::vector<Thruster> thrusters(3);
   for (Thruster& t : thrusters) t.direction = {0, 1, 0};
@@ -137,7 +137,8 @@ TEST(ThrusterAllocation, AboutPointWithMinimumPropellant) {
     const Vector3d torque = cross(thrusters[i].position - about, thrusters[i].force * thrusters[i].direction);
     EXPECT_LT(norm(allocation.torque(i) - torque), 1e-15);
   }
-  // About z by the first alone, in 1 s and with 2/100 of propellant, or by the others, in 1 s each and with 2/300.
+  // Torque about z: either by the first alone, in 1 s with 2/100 of propellant, or by the others, in 1 s each with
+  // 2/300.
   const auto times = allocation.on_times({0, 0, 1.6});
   ASSERT_TRUE(times);
   EXPECT_NEAR((*times)[0], 0, 1e-14);

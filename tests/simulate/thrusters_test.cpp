@@ -17,7 +17,7 @@ namespace thrusters_test {
 
 constexpr double kLever = 0.5, kForce = 2, kInertia = 8;
 
-// Couples about each axis, one way and the other: 12 thrusters, each torque kLever * kForce about its axis.
+// Couples about each axis in both directions: 12 thrusters, each with the torque kLever * kForce about its axis.
 std::vector<Thruster> couples(double min_on_time = 0, double rise = 0, double fall = 0) {
   std::vector<Thruster> thrusters;
   for (int axis = 0; axis < 3; ++axis) {
@@ -66,9 +66,8 @@ double used_propellant(const ThrusterBank& bank) {
   return used;
 }
 
-// Without drift and disturbance a thruster fires for its least time whenever the deadband's edge is met: rates w and
-// D - w take turns, D = T t_min / J, and the period is 2 t_min + 2 (phi_1 + phi_2) ... with the angles at which each
-// way meets its edge.
+// Without disturbance a thruster fires for its minimum on-time at each edge of the deadband: the rates w and D - w
+// alternate, D = T t_min / J. The period is 2 t_min plus the drift times between the edges.
 TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   constexpr double kp = 20, kd = 40, t_min = 0.05, T = 2 * kLever * kForce, D = T * t_min / kInertia;
   constexpr double w = 0.4 * D;
@@ -94,7 +93,7 @@ TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   const double period = 2 * t_min + (after_up + down) / (D - w) + (up - after_down) / w;
   ASSERT_GT(ons.size(), 6u);
   EXPECT_NEAR(ons[4] - ons[0], 2 * period, 0.03);  // samples every 0.01 s
-  // In all: as many pulses as fit, each of two thrusters for the least time, to rounding.
+  // Total: each pulse fires two thrusters for the minimum on-time, up to rounding.
   double on_time = 0, impulse = 0;
   for (std::size_t i = 0; i < c.bank->size(); ++i) on_time += c.bank->use(i).on_time, impulse += c.bank->use(i).impulse;
   const double first = up / w;
@@ -106,7 +105,7 @@ TEST(Thrusters, LimitCycleOfADeadbandHasItsPeriod) {
   EXPECT_NEAR(c.bank->propellant(c.bank->time()), used_propellant(*c.bank), 1e-15);
 }
 
-// Under a constant torque momentum is balanced by pulses from one side: one in T_d P = T t_min.
+// One-sided pulses balance the momentum of a constant torque T_d: one pulse per period P with T_d P = T t_min.
 TEST(Thrusters, LimitCycleUnderAConstantTorqueBalancesIt) {
   constexpr double t_min = 0.04, T = 2 * kLever * kForce, disturbance = 0.01;
   Case c = make_case(couples(t_min), 20, 60, {ThrusterModulation::Kind::schmitt, 0.6, 0.5});
@@ -129,8 +128,9 @@ TEST(Thrusters, LimitCycleUnderAConstantTorqueBalancesIt) {
   for (std::size_t k = 5; k + 1 < ons.size(); ++k) EXPECT_NEAR(ons[k + 1] - ons[k], T * t_min / disturbance, 0.011);
 }
 
-// Sampled pulses: what is asked for is given on the average, edges are exact, and momentum is that of the forces.
-TEST(Thrusters, PulsesGiveCommandWithExactEdges) {
+// Sampled pulses: the mean torque equals the command, edges are exact, and the momentum equals the impulse of the
+// forces.
+TEST(Thrusters, PulsesMatchCommandWithExactEdges) {
   for (const double delay : {0.0, 0.03}) {
     Case c = make_case(couples(), 1.5, 6, {});
     c.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, delay}, 0);
@@ -169,7 +169,7 @@ TEST(Thrusters, RampsAreExact) {
   EXPECT_GT(std::abs(about_z), 0.3);
 }
 
-// --- Valves, one by one: thrusters 0 and 3 turn about +x, 4 and 7 about +y ---
+// --- Valves, one by one: thrusters 0 and 3 give torque about +x, 4 and 7 about +y ---
 
 ThrusterBank begun_bank(double min_on_time = 0, double rise = 0, double fall = 0) {
   ThrusterBank bank(couples(min_on_time, rise, fall), Vector3d{0, 0, 0});
@@ -193,11 +193,11 @@ TEST(ThrusterBank, LongPulsesAreScaledTogether) {
 TEST(ThrusterBank, ShortPulsesHaveHysteresis) {
   ThrusterBank bank = begun_bank(0.1);
   const ThrusterModulation pulses{ThrusterModulation::Kind::pulse_width, 0.75, 0.25};
-  // Shares of the least time that are asked for, and whether it fires for it.
-  const std::pair<double, bool> asked[] = {{0.5, false}, {0.74, false}, {0.76, true}, {0.5, true},
+  // Commanded shares of the minimum on-time, and whether the thruster fires.
+  const std::pair<double, bool> cases[] = {{0.5, false}, {0.74, false}, {0.76, true}, {0.5, true},
                                            {0.26, true}, {0.24, false}, {0.5, false}};
   double t = 0;
-  for (const auto& [share, fires] : asked) {
+  for (const auto& [share, fires] : cases) {
     const Vector3d mean = bank.pulse({2 * 0.1 * share, 0, 0}, 1, pulses);
     EXPECT_NEAR(mean[0], fires ? 2 * 0.1 : 0, 1e-15) << share;
     bank.advance(t + 0.1, 1e-12);
@@ -217,7 +217,7 @@ TEST(ThrusterBank, ConsecutivePulsesCountFromTheirOwnStart) {
   long firings = 0;
   for (std::size_t i = 0; i < 4; ++i) on += bank.use(i).on_time, firings += bank.use(i).firings;
   EXPECT_NEAR(on, 2 * 1.5, 1e-14);
-  EXPECT_EQ(firings, 2);  // each once
+  EXPECT_EQ(firings, 2);  // once per thruster
 }
 
 TEST(ThrusterBank, PartialRampEndsEarlier) {
@@ -237,7 +237,7 @@ TEST(ThrusterBank, ValvesCloseBetweenCalls) {
   bank.open(0);
   bank.mean_torque = {1, 0, 0};
   bank.advance(1, 1e-12);
-  bank.begin(1, 1e-12);  // the next piece, without a gap
+  bank.begin(1, 1e-12);  // the next segment, without a gap
   EXPECT_TRUE(bank.is_open(0));
   bank.begin(1.5, 1e-12);
   EXPECT_FALSE(bank.is_open(0));
@@ -259,7 +259,8 @@ TEST(ThrusterBank, CountsDumpingTime) {
   EXPECT_NEAR(bank.dumped().last_end, 3, 1e-15);
 }
 
-// By a rate alone: on from level_on on, with a constant torque, off exactly at level_off.
+// Rate feedback only: a thruster switches on above level_on, gives a constant torque, and switches off exactly at
+// level_off.
 TEST(Thrusters, SwitchExactlyAtLevel) {
   constexpr double kd = 10, T = 2 * kLever * kForce, w0 = 0.18;
   const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.8, 0.3};
@@ -271,8 +272,8 @@ TEST(Thrusters, SwitchExactlyAtLevel) {
   EXPECT_NEAR(c.bank->use(8).on_time + c.bank->use(9).on_time, kInertia * (w0 - o.end_state.v[2]) / T, 1e-11);
 }
 
-// The forces reported to a law as acting besides its own are the actual ones: they give the same accelerations, also
-// with thrusters, about a point that is not the base's origin, and with another joint's law saturated by its motor.
+// The controller receives the actual other forces: they give the simulated accelerations. The case includes thrusters,
+// a base whose centre of mass is not its origin, and another joint at its effort limit.
 struct Listening : Controller {
   void update(const ControlInput& in, ControlCommand&) override { force.assign(in.force.begin(), in.force.end()); }
   std::vector<double> force;
@@ -292,7 +293,7 @@ TEST(Thrusters, LawsReceiveThrusterForces) {
   hand.X_PF.p = {2, 0, 0};
   hand.joint.limits.effort = 1;
   const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
-  // One thruster in each direction about every axis, none of them a couple.
+  // One thruster for each torque direction, without couples.
   std::vector<Thruster> thrusters = couples();
   for (const int both : {10, 6, 2}) thrusters.erase(thrusters.begin() + both, thrusters.begin() + both + 2);
   const auto bank = std::make_shared<ThrusterBank>(thrusters, base.com);
@@ -319,11 +320,11 @@ TEST(Thrusters, LawsReceiveThrusterForces) {
   std::vector<double> dydt(y.size());
   dynamics(0, y, dydt);
   ASSERT_GT(norm(dynamics.control_torque()), 0.1);
-  const Eigen::Map<const Eigen::VectorXd> told(law->force.data(), model.velocities());
-  EXPECT_GT(told.segment<3>(model.bodies()[setup.attitude->root].v + 3).norm(), 0.1);
-  const Eigen::VectorXd follows = mass_matrix(model, start).ldlt().solve(told);
+  const Eigen::Map<const Eigen::VectorXd> known_force(law->force.data(), model.velocities());
+  EXPECT_GT(known_force.segment<3>(model.bodies()[setup.attitude->root].v + 3).norm(), 0.1);
+  const Eigen::VectorXd follows = mass_matrix(model, start).ldlt().solve(known_force);
   for (int i = 0; i < model.velocities(); ++i) EXPECT_NEAR(follows[i], dynamics.acceleration()[i], 1e-13) << i;
-  // What is reported is about the base's centre of mass.
+  // The reported torque is about the base's centre of mass.
   Vector3d torque = Vector3d::zero();
   for (std::size_t i = 0; i < bank->size(); ++i)
     torque += bank->level(i, 0) * cross(thrusters[i].position - base.com, thrusters[i].force * thrusters[i].direction);
@@ -387,7 +388,7 @@ TEST(Wheels, NullSpaceControlReachesSpeeds) {
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
   State start = zero_state(w.model);
-  const double bias[4] = {60, -60, 60, -60};  // no momentum together
+  const double bias[4] = {60, -60, 60, -60};  // zero total momentum
   for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
   EXPECT_LT(norm(momentum_of(w, start)), 1e-14);
   PhaseDynamics dynamics(w.model, w.setup);
@@ -400,8 +401,8 @@ TEST(Wheels, NullSpaceControlReachesSpeeds) {
   for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(o.end_state.v[v + k]), 1e-14);
 }
 
-// Wheels that hold momentum: what slows them together would turn the base, and is not done.
-TEST(Wheels, NullSpaceControlKeepsMomentum) {
+// Wheels with total momentum: null-space control does not reduce it, because that would rotate the base.
+TEST(Wheels, NullSpaceControlConservesMomentum) {
   WheeledCase w = with_pyramid(1, 400);
   constexpr double rate = 0.2;
   w.setup.actuators.wheel_speed_rate = rate;
@@ -426,7 +427,7 @@ TEST(Wheels, NullSpaceControlKeepsMomentum) {
   EXPECT_NEAR(apart(o.end_state), apart(start) * std::exp(-rate * 20), 1e-9);
 }
 
-// Motors that turn the base have the rest of their torque for the wheels' speeds, and no more.
+// Null-space control uses only the motor torque that attitude control leaves.
 TEST(Wheels, NullSpaceControlUsesRemainingTorque) {
   constexpr double most = 0.5;
   WheeledCase w = with_pyramid(most, 400);
@@ -446,7 +447,7 @@ TEST(Wheels, NullSpaceControlUsesRemainingTorque) {
   EXPECT_NEAR(largest, most, 1e-14);
 }
 
-// Not more than is left: with a period in which all of it can be given nothing is left after it.
+// At most the remaining momentum is dumped: one sufficiently long period dumps all of it.
 TEST(Thrusters, DumpAtMostRemainingMomentum) {
   WheeledCase w = with_pyramid(20, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
@@ -487,18 +488,18 @@ TEST(Thrusters, DumpWheelMomentumWithBaseAtRest) {
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(norm(momentum_of(w, o.end_state)), 0.5);
-  // Pulses are at the beginning of a period: rates are sampled at their minimum, by half a pulse, 1.25e-3 rad/s, and
-  // the attitude compensates for it by k_d/k_p times that.
+  // Pulses are at the beginning of a period, so sampled rates are low by half a pulse, 1.25e-3 rad/s. The attitude
+  // compensates with k_d/k_p times that value.
   EXPECT_LT(angle, 3.2e-3);  // measured 2.91e-3
   EXPECT_EQ(w.bank->dumped().begun, 1);
   EXPECT_FALSE(w.bank->dumped().active);
-  // What went out is what came in through the forces, to rounding.
+  // The change of momentum equals the external impulse up to rounding.
   const Totals at_start = totals(w.model, start), at_end = totals(w.model, o.end_state);
   EXPECT_LT(norm(at_end.momentum.angular - at_start.momentum.angular - o.integrals.external_impulse.angular), 1e-11);
   EXPECT_GT(norm(o.integrals.external_impulse.angular), 3);
 }
 
-// Tachometers that read the double.
+// Tachometers that read twice the rate.
 class Doubling : public SensorReader {
  public:
   explicit Doubling(std::vector<ReactionWheel> wheels) : wheels_(std::move(wheels)) {}
@@ -513,8 +514,8 @@ class Doubling : public SensorReader {
   SensorReadings readings_;
 };
 
-// Sampled, the null-space torques are those of the rates that were read at the tick, held for a period and a delay: of
-// rates that are read twice too large W_k+1 = (1 - 2 r T) W_k.
+// Sampled null-space torques follow from the rates measured at the sample and are held for a period. With doubled
+// readings W_k+1 = (1 - 2 r T) W_k.
 TEST(Wheels, NullSpaceControlIsSampled) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
@@ -533,7 +534,7 @@ TEST(Wheels, NullSpaceControlIsSampled) {
   }
 }
 
-// Dumping begins by the momentum that was read at the tick.
+// The momentum measured at the sample starts the dumping.
 TEST(Thrusters, DumpMeasuredMomentum) {
   for (const bool doubled : {false, true}) {
     WheeledCase w = with_pyramid(2, 400);
@@ -559,8 +560,8 @@ TEST(Thrusters, DumpMeasuredMomentum) {
 
 // --- Feedforward ---
 
-// A base with one long arm that swings: the base turns with it, less with feedback, and not at all with feedforward
-// where the joints move as prescribed.
+// A long arm that moves rotates its base. Feedforward prevents the rotation if the joints have prescribed motion, and
+// reduces it under PD control.
 TEST(BaseControl, FeedforwardHoldsBaseWhileArmsMove) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";
@@ -596,11 +597,11 @@ TEST(BaseControl, FeedforwardHoldsBaseWhileArmsMove) {
   EXPECT_GT(without, 0.05);
   EXPECT_LT(largest_turn(true, JointControl::prescribed), 1e-10);
   const double tracked = largest_turn(false, JointControl::pd), ahead = largest_turn(true, JointControl::pd);
-  EXPECT_LT(ahead, 0.25 * tracked);  // the joint lags behind what the law knows
+  EXPECT_LT(ahead, 0.25 * tracked);  // the joint lags behind its reference
 }
 
-// The rotor of a geared motor has a spin momentum, about an axis that need not be the joint's: the base gives that,
-// too.
+// The rotor of a geared motor has spin momentum about an axis that may differ from the joint axis. Feedforward includes
+// it.
 TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   BodyDescription base, arm, hand;
   base.name = base.joint.name = "base";
@@ -614,7 +615,7 @@ TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   hand.joint.type = JointType::revolute, hand.joint.axis = {1, 0, 0};
   hand.X_PF.p = {2, 0, 0};
   hand.mass = 3, hand.com = {0.2, 0, 0.1}, hand.inertia = Symmetric3d::diagonal(0.1, 0.2, 0.2);
-  // Beside the joint's axis, in a link that turns: both terms of (19.8).
+  // Rotor axis different from the joint axis, in a rotating link: both terms of (19.8).
   hand.joint.rotor_inertia = 2e-2, hand.joint.gear_ratio = 100, hand.joint.rotor_axis = Vector3d{0, 0.8, 0.6};
   const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
   PhaseSetup setup;
@@ -640,8 +641,7 @@ TEST(BaseControl, FeedforwardIncludesRotorSpin) {
   EXPECT_LT(fastest, 1e-12);
 }
 
-// A base that turns, with an arm that does not move in it: nothing is to be fed forward. And the limit is one on the
-// sum.
+// For a rotating base with a fixed arm the feedforward torque is zero. The torque limit applies to the sum.
 TEST(BaseControl, FeedforwardFromJointMotionWithinLimit) {
   BodyDescription base, arm;
   base.name = base.joint.name = "base";

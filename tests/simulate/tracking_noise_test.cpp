@@ -1,4 +1,4 @@
-/// Sensor noise: determined by its seed, of the size asked for, smooth; and how each control takes it.
+/// Sensor noise: determined by its seed, of the given magnitude, smooth; effect on each control.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ TEST(TrackingNoise, IsAFunctionOfSeedAndJoint) {
   const TrackingNoise noise{0.01, 5, 0x123456789abcdef0};
   const NoiseSignal a(noise, 3), b(noise, 3), other_joint(noise, 4);
   TrackingNoise reseeded = noise;
-  reseeded.seed += std::uint64_t{1} << 32;  // its upper half counts
+  reseeded.seed += std::uint64_t{1} << 32;  // the upper half has an effect
   const NoiseSignal other_seed(reseeded, 3);
   std::vector<double> forwards, backwards;
   for (int k = 0; k < 50; ++k) forwards.push_back(a.at(0.37 * k).position);
@@ -96,7 +96,7 @@ TEST(TrackingNoise, PrescribedJointsFollowSensedReference) {
       EXPECT_EQ(s.state.q[body.q], p.position - n.position);
       EXPECT_EQ(s.state.v[body.v], p.rate - n.rate);
     }
-    // The prescribed accelerations fit the rates, or energy and work would part.
+    // The energy balance requires prescribed accelerations consistent with the rates.
     off = std::max(off, std::abs(totals(model, s.state).energy - before.energy - s.integrals.motor_work -
                                  s.integrals.friction_work));
   });
@@ -124,7 +124,7 @@ TEST(TrackingNoise, EntersPDThroughPositionAndRate) {
 TEST(TrackingNoise, DrivesTheErrorUnderComputedTorque) {
   Random random(8);
   RobotOptions options;
-  options.least_bodies = 5, options.most_bodies = 5;
+  options.min_bodies = 5, options.max_bodies = 5;
   const Model model = random_model(options, random);
   const State start = random_state(model, random, 0.3);
   PhaseSetup setup;

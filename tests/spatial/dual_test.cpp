@@ -83,7 +83,7 @@ TEST(Dual, WorksInSpatialAlgebra) {
   }
 }
 
-// The parallel-axis theorem differentiated: an inertia seen from a point that moves.
+// The derivative of the parallel-axis theorem: an inertia about a moving point.
 TEST(Dual, WorksInInertia) {
   const auto I =
       RigidBodyInertia<Dual>::about_com(Dual{3, 1}, {Dual{0.5, 2}, 0, 0}, Symmetric3<Dual>::diagonal(1, 2, Dual{4, 5}));

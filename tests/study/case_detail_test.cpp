@@ -1,5 +1,5 @@
-/// Cases of studies are simulated in as much detail as their columns need: every column has the same bits as that of a
-/// complete run.
+/// Cases of studies are simulated with the detail that their columns require: every column equals that of a complete
+/// run, bit for bit.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ StudyCase shipped_case(const Detail& detail) {
   point.problem = load_scenario(test::shipped(std::string("scenarios/") + detail.file));
   point.problem.clearance.enabled = detail.clearance;
   point.problem.output_interval = 0.1;
-  // Any plan will do.
+  // Any plan suffices.
   if (auto& approach = point.problem.approach; approach && approach->plan)
     approach->plan->objective = PlanSetup::Objective::as_found;
   if (point.problem.post_impact && point.problem.post_impact->releases.empty())
@@ -75,7 +75,7 @@ TEST_P(CaseDetail, AnImpactAloneHasTheColumnsOfACompleteOne) {
   expect_same(point, simulate_impact_only(point.problem), StudyMode::impact);
 }
 
-// Columns of loads, which are there where they are asked for, and then over all phases.
+// Columns of loads exist only on request, and then cover all phases.
 TEST_P(CaseDetail, LoadsAreThoseOfACompleteRun) {
   const StudyCase point = shipped_case(GetParam());
   const CaptureResult full = simulate_capture(point.problem);
@@ -124,20 +124,20 @@ TEST(CaseDetail, StatedMotionNeedsNoPlanning) {
 TEST(CaseDetail, ReportsProgressInEveryStepAndCanEndACase) {
   StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
   const std::vector<Column> columns = standard_columns(point.problem, true);
-  long told = 0;
+  long reports = 0;
   const CaseRow row = run_case(point, StudyMode::run, columns,
-                               [&](const std::string& phase, double, double) { told += phase != "planning"; });
+                               [&](const std::string& phase, double, double) { reports += phase != "planning"; });
   const CaptureResult full = simulate_capture(point.problem);
   EXPECT_EQ(row.status, CaseStatus::ok);
-  EXPECT_EQ(told, full.cost.at(0).steps + full.cost.at(1).steps);
+  EXPECT_EQ(reports, full.cost.at(0).steps + full.cost.at(1).steps);
   struct TooLong : std::exception {
     const char* what() const noexcept override { return "too long"; }
   };
-  const CaseRow given_up = run_case(point, StudyMode::run, columns, [&](const std::string&, double time, double) {
+  const CaseRow aborted = run_case(point, StudyMode::run, columns, [&](const std::string&, double time, double) {
     if (time > 5) throw TooLong();
   });
-  EXPECT_EQ(given_up.status, CaseStatus::failed);
-  EXPECT_EQ(given_up.reason, "too long");
+  EXPECT_EQ(aborted.status, CaseStatus::failed);
+  EXPECT_EQ(aborted.reason, "too long");
 }
 
 }  // namespace case_detail_test

@@ -19,11 +19,11 @@ PoolOptions threads(int count) { return {.threads = count}; }
 
 TEST(CasePool, EveryJobIsDoneOnceAndItsRowsComeInOrder) {
   for (const int count : {1, 2, 3, 8, 100}) {
-    std::map<std::size_t, std::size_t> next;  // row, per job
+    std::map<std::size_t, std::size_t> next;  // next row, per job
     const std::thread::id here = std::this_thread::get_id();
-    const auto work = [](std::size_t job, const RowSink& hand_in, const std::stop_token&) {
-      std::this_thread::sleep_for(std::chrono::microseconds(job % 3 == 0 ? 900 : 10));  // they overtake each other
-      for (std::size_t i = 0; i < 3; ++i) hand_in({row_of(3 * job + i)});
+    const auto work = [](std::size_t job, const RowSink& submit, const std::stop_token&) {
+      std::this_thread::sleep_for(std::chrono::microseconds(job % 3 == 0 ? 900 : 10));  // cases complete out of order
+      for (std::size_t i = 0; i < 3; ++i) submit({row_of(3 * job + i)});
     };
     const auto take = [&](std::size_t job, std::vector<CaseRow> rows) {
       EXPECT_EQ(std::this_thread::get_id(), here);
@@ -55,9 +55,9 @@ TEST(CasePool, NothingToDoIsNoWork) {
 
 TEST(CasePool, ExceptionEndsTheWork) {
   std::atomic<int> begun = 0;
-  const auto work = [&](std::size_t job, const RowSink& hand_in, const std::stop_token&) {
+  const auto work = [&](std::size_t job, const RowSink& submit, const std::stop_token&) {
     ++begun;
-    hand_in({row_of(job)});
+    submit({row_of(job)});
     if (job == 7) throw std::invalid_argument("out of luck");
   };
   EXPECT_THROW(run_jobs(100000, threads(4), {}, work), std::invalid_argument);
@@ -80,7 +80,7 @@ TEST(CasePool, AStopEndsTheWork) {
   begun.total = 100000;
   const CaseProgress done = run_jobs(
       100000, options, begun,
-      [](std::size_t job, const RowSink& hand_in, const std::stop_token&) { hand_in({row_of(job)}); },
+      [](std::size_t job, const RowSink& submit, const std::stop_token&) { submit({row_of(job)}); },
       [&](std::size_t, const std::vector<CaseRow>&) {
         if (++rows == 50) stop.request_stop();
       });

@@ -1,4 +1,4 @@
-// Contact patches and postures.
+// Optimization variables: contact patches and postures.
 #include "grapnel/study/optimization.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(Patch, OnASphereThePointStaysOnItAndTheNormalTurnsAlong) {
   EXPECT_EQ(problem.targets[0].grasp_points[1].X_TG.p[0], -0.5);
 }
 
-// Of several shapes that sphere counts on which the point lies.
+// Of several shapes, the sphere that contains the point is used.
 TEST(Patch, OnASphereAmongOtherShapes) {
   CaptureProblem problem = closed(), alone = closed();
   const Geometry sphere = problem.targets[0].geometry.at(0);
@@ -42,7 +42,7 @@ TEST(Patch, OnASphereAmongOtherShapes) {
   EXPECT_EQ(norm(a.X_TG.p - b.X_TG.p), 0);
   problem.targets[0].geometry.pop_back();
   move_on_patch(patch, 0.06, -0.03, problem);
-  EXPECT_GT(norm(a.X_TG.p), 0.5);  // now it is a plane
+  EXPECT_GT(norm(a.X_TG.p), 0.5);  // a plane without the sphere
 }
 
 TEST(Patch, ElsewhereItIsAPlane) {
@@ -57,7 +57,7 @@ TEST(Patch, ElsewhereItIsAPlane) {
 TEST(Patch, TheSquareFillsTheDisc) {
   const ContactPatch disc{"", "", {1, 0, 0}, {0, 1, 0}, 0.2, 0.2, true};
   for (double s = -1; s <= 1; s += 0.125) {
-    const auto [x, y] = on_patch(disc, 0.2, 0.2 * s);  // a side goes to the circle
+    const auto [x, y] = on_patch(disc, 0.2, 0.2 * s);  // an edge of the square maps to the circle
     EXPECT_NEAR(std::hypot(x, y), 0.2, 1e-15);
   }
   const auto [x, y] = on_patch(disc, 0.05, 0);
@@ -65,7 +65,8 @@ TEST(Patch, TheSquareFillsTheDisc) {
   EXPECT_EQ(y, 0);
 }
 
-// 14 joints, 5 rows per hand: 4 directions. The planner lands elsewhere along them, and still reaches.
+// 14 joints and 5 rows per end-effector leave 4 directions. The planner moves along them and still reaches the grasp
+// points.
 TEST(Posture, TheNullSpaceLeadsToOtherSolutions) {
   const CaptureProblem problem = handles();
   const PostureSpace space = posture_space(problem);
@@ -82,8 +83,8 @@ TEST(Posture, TheNullSpaceLeadsToOtherSolutions) {
     square += d * d;
   }
   EXPECT_NEAR(along, 0.2, 0.05);
-  // The base turns by the whole way of the joints, not by its last piece alone as the Jacobian has it, so that the
-  // solution nearest to the moved guess is beside it to first order. Measured 0.18.
+  // The base's rotation depends on the whole joint motion, not only on its last segment as in the Jacobian. Therefore
+  // the solution closest to the moved guess differs from it to first order. Measured 0.18.
   EXPECT_LT(std::sqrt(square - along * along), 0.25);
   for (const PlannedMiss& miss : r.plan->miss) EXPECT_LT(miss.distance, 1e-9);
 }

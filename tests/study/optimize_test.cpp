@@ -1,4 +1,4 @@
-// The search for the best capture: known optima, limits, threads, and what is written.
+// Optimization of captures: known optima, limits, threads, and output files.
 #include "grapnel/study/optimize.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 const std::string kPlanned = test::shipped("scenarios/thesis/open-loop-case-1-planned.yaml");
 
-// One arm's angle, the tip arriving at 0.1 m/s.
+// One arm's angle, with the end-effector arriving at 0.1 m/s.
 std::string angle_text(const std::string& more) {
   return "name: angle\nscenario: " + kPlanned +
          "\nsimulate: impact\nset: {approach.plan.starts: 1, 'grasps.tip-1.relative_velocity': [0, -0.1, 0]}\n"
@@ -43,7 +43,7 @@ double best_objective(const OptimizationOutcome& outcome) {
   return outcome.best ? outcome.evaluations[*outcome.best].score.objective : NAN;
 }
 
-// An optimization of a known function in place of captures: `value` of the variables is the one column.
+// An optimization of a known function instead of captures: `value` of the variables is the only column.
 Optimization of_function(std::size_t dimensions, std::function<double(std::span<const double>)> value) {
   Optimization optimization;
   for (std::size_t k = 0; k < dimensions; ++k) optimization.variables.push_back({"x", "", -1, 2, 0.5});
@@ -80,7 +80,7 @@ TEST(Optimize, FindsTheMinimumOfAKnownFunction) {
   EXPECT_LE(outcome.evaluations.size(), 300u);
   optimization.maximize = true;
   const OptimizationOutcome other = run(optimization);
-  EXPECT_NEAR(best_objective(other), bowl(std::vector{2.0, 2.0}), 1e-9);  // a corner
+  EXPECT_NEAR(best_objective(other), bowl(std::vector{2.0, 2.0}), 1e-9);  // at a corner
 }
 
 TEST(Optimize, FindsTheAngleOfTheSweepsFineGrid) {
@@ -101,7 +101,7 @@ TEST(Optimize, FindsTheAngleOfTheSweepsFineGrid) {
   ASSERT_TRUE(outcome.best);
   RecordProperty("least", std::to_string(least));
   EXPECT_LE(best_objective(outcome), least + 1e-9);
-  EXPECT_NEAR(outcome.evaluations[*outcome.best].values[0], at, 0.5 + 1e-9);  // the grid's spacing
+  EXPECT_NEAR(outcome.evaluations[*outcome.best].values[0], at, 0.5 + 1e-9);  // the spacing of the grid
 }
 
 // x^2 + y^2 under x + y >= 1, a limit across both variables: 1/2 at (1/2, 1/2).
@@ -172,7 +172,7 @@ TEST(Optimize, WithoutAcceptablePointNamesTheNearestLimit) {
 TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
   Optimization optimization =
       loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 12, refine: 1}\n"));
-  optimization.variables[0].from = 100;  // no configuration there
+  optimization.variables[0].from = 100;  // no valid configuration there
   optimization.variables[0].to = 140;
   const OptimizationOutcome outcome = run(optimization);
   EXPECT_EQ(outcome.count(CaseStatus::unreachable), outcome.evaluations.size());
@@ -180,7 +180,7 @@ TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
   EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point has a result, most frequent reason"));
 }
 
-// The coarser the steps, the more energy is lost: what is least is the most wrong.
+// Larger steps lose more energy: the point with the minimum is the least accurate.
 TEST(Optimize, APointThatBreaksConservationNeverWins) {
   const Optimization optimization =
       loaded("schema: grapnel-optimization/1\nname: steps\nscenario: " +
@@ -200,7 +200,7 @@ TEST(Optimize, APointThatBreaksConservationNeverWins) {
   }
 }
 
-// Deb's rules, on scores made by hand.
+// Deb's rules, on given scores.
 TEST(Optimize, AcceptablePointsComeFirst) {
   Optimization optimization;
   Score good{true, 5, {}, 0, 0}, better{true, 4, {}, 0, 0}, beyond{true, 1, {}, 0.1, 0}, far{true, 0, {}, 2, 0}, none;
@@ -225,7 +225,7 @@ TEST(Optimize, ColumnsCombine) {
   EXPECT_TRUE(std::isnan(value(Combine::largest, {0, 3})));
 }
 
-// All kinds of variables together; the written file equals the point, to the last bit without rotations.
+// All kinds of variables together; the written file equals the point, bit for bit without rotations.
 TEST(Optimize, TheWrittenScenarioIsThePoint) {
   const Optimization optimization =
       loaded("name: all\nscenario: " + test::shipped("scenarios/thesis/closed-loop.yaml") +
@@ -240,7 +240,7 @@ TEST(Optimize, TheWrittenScenarioIsThePoint) {
              "  - {patch: sphere.left, u: [0, 1, 0], v: [0, 0, 1], half_widths: [0.05, 1e-9]}\n"
              "search: {evaluations: 1}\n");
   ASSERT_EQ(optimization.variables.size(), 7u);
-  EXPECT_EQ(optimization.variables[0].start, 20);  // as the scenario has it
+  EXPECT_EQ(optimization.variables[0].start, 20);  // as in the scenario
   EXPECT_EQ(optimization.variables[6].name, "sphere.left/v");
   const std::vector<double> values{17.5, 7.3, 0.0213, 0.17, 0.031, 0.0123, 0};
   const Evaluation found = evaluate(optimization, optimization.point(values));

@@ -1,4 +1,4 @@
-// What quantities do to a problem, checked by kinematics worked out here, not by the code that sets them.
+// The effect of quantities on a problem, checked by independent kinematics.
 #include "grapnel/study/quantity.hpp"
 
 #include <gmock/gmock.h>
@@ -82,7 +82,8 @@ TEST(Quantity, AStatedDirectionIsInTheWorld) {
   EXPECT_LT(distance(grasp(r, "tip-1").relative_velocity_before, {0.03, 0.04, 0}), 1e-11);
 }
 
-// Without an approach the target moves: the velocity of the contact point is v_E - u, by rigid-body kinematics.
+// Without an approach the target's velocity is set: the velocity of the contact point is v_E - u, by rigid-body
+// kinematics.
 TEST(Quantity, RelativeSpeedWithoutAnApproachMovesTheTarget) {
   const CaptureProblem before = at_once();
   const CaptureProblem after = with(before, {set(QuantityKind::relative_speed, 0.03)});
@@ -99,7 +100,7 @@ TEST(Quantity, RelativeSpeedWithoutAnApproachMovesTheTarget) {
   }
 }
 
-TEST(Quantity, TargetSpinKeepsTheCentreOfMass) {
+TEST(Quantity, TargetSpinPreservesTheCentreOfMass) {
   const CaptureProblem before = at_once();
   const CaptureProblem after = with(before, {set(QuantityKind::target_spin, 0.5, "box-120")});
   const TargetSetup &t = after.targets[0], &t0 = before.targets[0];
@@ -107,7 +108,7 @@ TEST(Quantity, TargetSpinKeepsTheCentreOfMass) {
   EXPECT_LT(norm(cross(t.V_WT.angular, t0.V_WT.angular)), 1e-16);
   const auto v_C = [](const TargetSetup& s) { return s.V_WT.linear + cross(s.V_WT.angular, s.X_WT.R * s.com); };
   EXPECT_LT(distance(v_C(t), v_C(t0)), 1e-16);
-  EXPECT_GT(distance(t.V_WT.linear, t0.V_WT.linear), 1e-3);  // its frame's origin is elsewhere
+  EXPECT_GT(distance(t.V_WT.linear, t0.V_WT.linear), 1e-3);  // the origin of its frame is not at the centre of mass
   EXPECT_EQ(norm(after.targets[1].V_WT.angular - before.targets[1].V_WT.angular), 0);
 }
 
@@ -128,7 +129,7 @@ TEST(Quantity, MassRatioScalesInertiaAlike) {
   EXPECT_EQ(after.targets[0].mass, 10);
 }
 
-// The planned attitude of the third link, by the planar joint angles' sum and the base's, against the inward normal.
+// The planned angle of the third link, from the planar joint angles and the base's attitude, against the inward normal.
 TEST(Quantity, ApproachAngleTurnsTheEndEffector) {
   for (const double degrees : {-25.0, 0.0, 25.0}) {
     CaptureProblem problem = with(closed(), {set(QuantityKind::approach_angle, degrees * kDegree)});
@@ -138,7 +139,7 @@ TEST(Quantity, ApproachAngleTurnsTheEndEffector) {
     const Quaterniond& q = r.approach_end->base.quaternion_wxyz;
     const double base = 2 * std::atan2(q.z, q.w);
     const auto& angle = r.approach_end->joints.position;
-    // Grasps: at the right of the sphere, to be met leftwards (180 degrees), and at its left, rightwards (0 degrees).
+    // Grasps: on the right of the sphere, approached leftwards (180 degrees), and on its left, rightwards (0 degrees).
     const double tip_1 = base + angle[0] + angle[1] + angle[2], tip_2 = base + angle[3] + angle[4] + angle[5];
     EXPECT_NEAR(std::remainder(tip_1 - (180 + degrees) * kDegree, 2 * std::numbers::pi), 0, 1e-9) << degrees;
     EXPECT_NEAR(std::remainder(tip_2 - degrees * kDegree, 2 * std::numbers::pi), 0, 1e-9) << degrees;

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-// Texts of all faults, without the folder.
+// The messages of all errors, without the folder.
 std::vector<std::string> faults_of(const std::string& text) {
   const test::Folder folder;
   std::vector<std::string> texts;
@@ -135,7 +135,7 @@ TEST(ReadStudy, TooManyPointsAreRefused) {
               ElementsAre(HasSubstr("the axes give 1e+08 points, the limit is 10000000")));
 }
 
-// Files that change while a study runs do not change its points.
+// Changes of files while a study runs have no effect on its points.
 TEST(ReadStudy, FilesAreReadOnce) {
   const test::Folder folder;
   std::string text = test::read_bytes(scenario());

@@ -22,8 +22,7 @@ using testing::StartsWith;
 
 std::string thesis(const std::string& name) { return test::shipped("scenarios/thesis/" + name); }
 
-// Two scenarios, three angles of which one cannot be reached, two speeds. Two initial guesses of the search are enough
-// here.
+// Two scenarios, three angles of which one is unreachable, two speeds. Two initial guesses of the search suffice here.
 std::string mixed_study() {
   return "name: mixed\nsimulate: impact\nset: {approach.plan.starts: 2}\naxes:\n"
          "  - name: case\n    values:\n"
@@ -146,7 +145,7 @@ TEST(RunStudy, ColumnsMayBeChosen) {
                                           "base/velocity_change/y", "base/velocity_change/z"));
 }
 
-// --- What must hold at a fixed configuration ---
+// --- Invariants at a fixed configuration ---
 
 using Impulses = std::vector<double>;  // [angular; linear] of each grasp, then the base's change
 
@@ -173,7 +172,7 @@ CaptureProblem at_once() {
   return load_scenario(folder.write("at-once.yaml", test::impact_at_once()));
 }
 
-// u- is changed by the target's motion, which leaves W unchanged: six components per target.
+// The target's motion changes u- but not W: six components per target.
 TEST(RunStudy, TheImpulseIsAffineInEveryComponentOfTheRelativeVelocity) {
   for (std::size_t target = 0; target < 2; ++target) {
     for (int k = 0; k < 6; ++k) {

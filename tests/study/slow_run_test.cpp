@@ -60,7 +60,7 @@ TEST(SlowRun, NamesPhaseAndSettings) {
   EXPECT_THAT(lines[1], testing::Not(HasSubstr("controllers")));
 }
 
-// What the drives hold has no friction to resolve, and ideal tracking no controllers.
+// Joints held by drives have no friction to resolve, and ideal tracking has no controllers.
 TEST(SlowRun, NamesOnlyPresentCauses) {
   CaptureProblem problem = stiff_problem();
   problem.approach->tracking.mode = JointControl::prescribed;

@@ -31,7 +31,7 @@ std::string impact_at_once() {
   cut("approach:", "contact:");
   cut("post_impact:", "output:");
   text.replace(text.find("../robots"), 9, GRAPNEL_SOURCE_DIR "/robots");
-  const std::string gap = "gap: weld_as_found";  // hands are 0.4 m away
+  const std::string gap = "gap: weld_as_found";  // the end-effectors are 0.4 m away
   text.replace(text.find(gap), gap.size(), gap + ", largest_gap: any");
   return text +
          "initial:\n"

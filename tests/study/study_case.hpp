@@ -11,7 +11,7 @@
 
 namespace grapnel::test {
 
-/// A folder that is deleted with the object.
+/// A folder that is deleted by the destructor.
 class Folder : public ScratchFolder {
  public:
   std::filesystem::path write(const std::string& name, const std::string& text) const;

@@ -1,7 +1,8 @@
 # cmake -DGRAPNEL=<source> -DBINARY=<folder> -DGENERATOR=<name> -DCOMPILER=<c++> -P check.cmake
 #
-# Takes Grapnel into a plain project by add_subdirectory: what is configured, how its sources are compiled, and that a
-# program on one of the modules is built and runs. An npm that is called fails the test: nothing may ask the network.
+# Adds Grapnel to an external project by add_subdirectory. Checks which targets are configured, how sources are
+# compiled, and that a program that uses one module builds and runs. A call of npm fails the test: no network access is
+# allowed.
 cmake_minimum_required(VERSION 3.25)
 set(source ${CMAKE_CURRENT_LIST_DIR}/consumer)
 file(REMOVE_RECURSE ${BINARY})
@@ -23,7 +24,7 @@ endfunction()
 run("configuring" ${CMAKE_COMMAND} -S ${source} -B ${BINARY} -G ${GENERATOR} -DGRAPNEL=${GRAPNEL}
     -DCMAKE_CXX_COMPILER=${COMPILER})
 
-# What CMake says of the targets.
+# The targets reported by CMake.
 file(GLOB model ${BINARY}/.cmake/api/v1/reply/codemodel-v2-*.json)
 file(READ ${model} json)
 string(JSON count LENGTH "${json}" configurations 0 targets)

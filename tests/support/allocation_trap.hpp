@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// Counts heap allocations between construction and `stop()`: malloc and its relatives, operator new (which g++'s
-/// runtime may serve without them), and so whatever Eigen or the standard library takes. Include in one source of a
-/// program only: it defines these functions. Under sanitizers, which have their own, nothing is counted and kTrapWorks
-/// is false. Thread safety: one trap at a time.
+/// Counts heap allocations between construction and `stop()`: malloc and related functions, and operator new (which
+/// g++'s runtime may implement without them), hence all allocations of Eigen and the standard library. Include it in
+/// one source of a program only: it defines these functions. Sanitizers define their own; then nothing is counted and
+/// kTrapWorks is false. Thread safety: one trap at a time.
 
 #include <atomic>
 #include <cerrno>
@@ -80,7 +80,7 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexc
 }
 }
 
-// Not inlined, or g++ takes new and free for a mismatched pair.
+// Not inlined; otherwise g++ warns of a mismatched pair of new and free.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   grapnel::testing::note_allocation();
   if (void* memory = __libc_malloc(size == 0 ? 1 : size)) return memory;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Grapnel's values as Eigen's, for tests that solve and compare.
+/// Conversion of Grapnel's values to Eigen's, for tests with linear algebra.
 
 #include <Eigen/Core>
 #include <span>
@@ -35,7 +35,7 @@ Eigen::Matrix<double, 6, 1> eigen(const SpatialVector<kKind, double>& V) {
 }
 inline std::vector<double> values(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
-/// |a - b| / |b|, or |a| where b is zero.
+/// |a - b| / |b|, or |a| if b is zero.
 template <class A, class B>
 double relative_difference(const A& a, const B& b) {
   const double size = b.norm();

@@ -7,7 +7,7 @@
 namespace grapnel::testing {
 namespace {
 
-// A quarter turn with exact zeros, or with the rounding that a product of sines and cosines leaves (DH parameters).
+// A quarter turn with exact zeros, or with rounding errors of products of sines and cosines (DH parameters).
 Rotationd quarter_turn(Random& random) {
   const int axis = random.integer(0, 2);
   const double sign = random.chance(0.5) ? 1 : -1;
@@ -47,7 +47,7 @@ void fill_inertia(BodyDescription& body, double mass, double size, Random& rando
 
 std::vector<BodyDescription> random_bodies(const RobotOptions& options, Random& random) {
   std::vector<BodyDescription> bodies;
-  const int count = random.integer(options.least_bodies, options.most_bodies);
+  const int count = random.integer(options.min_bodies, options.max_bodies);
   for (int i = 0; i < count; ++i) {
     BodyDescription b;
     b.name = "b" + std::to_string(i);
@@ -57,7 +57,7 @@ std::vector<BodyDescription> random_bodies(const RobotOptions& options, Random& 
       if (!options.free_root) b.X_PF = {random.rotation(), random.vector(3)};
       fill_inertia(b, random.log_uniform(5, 500), 1.0, random);
     } else {
-      // Mostly a long branch, sometimes a fork anywhere.
+      // Mostly a long branch, sometimes a fork at any body.
       const int parent = random.chance(0.7) ? i - 1 : random.integer(0, i - 1);
       b.parent = "b" + std::to_string(parent);
       b.X_PF = {mount_rotation(random), random.chance(0.1) ? Vector3d::zero() : random.vector(0.7)};
@@ -84,7 +84,7 @@ std::vector<BodyDescription> random_bodies(const RobotOptions& options, Random& 
 // About `size` in each component, on every coordinate that a joint has.
 void random_quaternion(double* q, Random& random) {
   const Quaterniond value = quaternion_from(random.rotation());
-  const double sign = random.chance(0.5) ? 1 : -1;  // both quaternions of a rotation are states
+  const double sign = random.chance(0.5) ? 1 : -1;  // both quaternions of a rotation are valid
   q[0] = sign * value.w, q[1] = sign * value.x, q[2] = sign * value.y, q[3] = sign * value.z;
 }
 
@@ -135,8 +135,8 @@ std::vector<double> Random::values(int count, double size) {
 }
 
 Symmetric3d random_inertia(double mass, double size, Random& random) {
-  // A body's second moments a, b, c about its principal planes are positive; its principal moments are their sums in
-  // pairs.
+  // The second moments a, b, c about a body's principal planes are positive; its principal moments are their pairwise
+  // sums.
   const double scale = mass * size * size / 12;
   const double a = scale * random.uniform(0.05, 1), b = scale * random.uniform(0.05, 1),
                c = scale * random.uniform(0.05, 1);

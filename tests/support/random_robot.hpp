@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Seeded random branched robots, states and forces. The seed comes from the environment variable GRAPNEL_TEST_SEED
-/// (default fixed); robot number i of a seed is always the same robot, whatever was drawn before it.
+/// Seeded random branched robots, states and forces. The environment variable GRAPNEL_TEST_SEED sets the seed (default:
+/// fixed). Robot number i of a seed is always the same, regardless of earlier draws.
 
 #include <cstdint>
 #include <random>
@@ -13,7 +13,7 @@
 
 namespace grapnel::testing {
 
-/// GRAPNEL_TEST_SEED, or 20231 where it is not set.
+/// GRAPNEL_TEST_SEED, or 20231 if it is not set.
 std::uint64_t test_seed();
 /// "GRAPNEL_TEST_SEED=… robot 17": for SCOPED_TRACE, so that a failure can be repeated.
 std::string seed_note(int index);
@@ -38,8 +38,8 @@ class Random {
 };
 
 struct RobotOptions {
-  int least_bodies = 2;
-  int most_bodies = 20;
+  int min_bodies = 2;
+  int max_bodies = 20;
   bool free_root = true;
   bool rotors = true;        // some joints have rotor inertia behind a gear
   bool fixed_joints = true;  // some bodies are welded to their parents
@@ -54,9 +54,9 @@ struct RobotOptions {
 Model random_model(const RobotOptions& options, Random& random);
 /// Any pose of the roots (within 10 m), joint angles within +-pi, rates and twists within +-`rate`.
 State random_state(const Model& model, Random& random, double rate = 1.5);
-/// Joint and base forces, one to three external wrenches at points anywhere near their bodies, gravity.
+/// Joint and base forces, one to three external wrenches at points near their bodies, gravity.
 Forces random_forces(const Model& model, const State& state, Random& random);
-/// A body's random inertia tensor about its centre of mass: triaxial, turned, physically possible.
+/// A body's random inertia tensor about its centre of mass: triaxial, rotated, physically possible.
 Symmetric3d random_inertia(double mass, double size, Random& random);
 
 }  // namespace grapnel::testing

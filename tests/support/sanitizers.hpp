@@ -1,8 +1,8 @@
 #pragma once
 
-// Under sanitizers arithmetic takes four to eight times as long, and what they find they find in the first few of a
-// loop's cases: repetitions() shortens loops over random cases, SKIP_UNDER_SANITIZERS leaves out long runs through code
-// that shorter tests go through as well.
+// Sanitizers slow arithmetic by a factor of four to eight, and usually report errors in the first cases of a loop.
+// repetitions() shortens loops over random cases; SKIP_UNDER_SANITIZERS omits long runs of code that shorter tests
+// cover as well.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// How many random cases a test takes of the n that it takes without sanitizers.
+/// The number of random cases with sanitizers, for a test with n cases without them.
 constexpr int repetitions(int n) { return kSanitized ? (n + 7) / 8 : n; }
 
 }  // namespace grapnel::test

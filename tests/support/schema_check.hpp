@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Documents against a JSON Schema, as an independent validator sees them.
+/// Validation of documents against a JSON Schema, by an independent validator.
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -16,7 +16,7 @@ class SchemaCheck {
  public:
   explicit SchemaCheck(const std::string& schema_text);
   ~SchemaCheck();
-  /// What is wrong with a document, each with its place; empty if nothing is.
+  /// The errors in a document, each with its location; empty if there are none.
   std::vector<std::string> faults_of(const nlohmann::json& document) const;
 
  private:
@@ -24,7 +24,7 @@ class SchemaCheck {
   std::unique_ptr<Parsed> parsed_;
 };
 
-/// The same against the published schema of a described document.
+/// The same with the published schema of a described document.
 template <class Document>
 std::vector<std::string> contract_faults(const nlohmann::json& document) {
   static const SchemaCheck check(json_schema(type_of<Document>(), "document"));

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The largest of many measured deviations, and where it was; printed so that the value beside a bound can be kept
-/// true.
+/// The largest of many measured deviations, and its case; printed to keep the measured values in comments up to date.
 
 #include <cmath>
 #include <cstdio>
@@ -17,7 +16,7 @@ class Worst {
   Worst(const Worst&) = delete;
   Worst& operator=(const Worst&) = delete;
 
-  /// Notes and returns the deviation. NaN counts as infinitely large.
+  /// Records and returns the deviation. NaN counts as infinite.
   double note(double deviation, int where) {
     if (std::isnan(deviation)) deviation = INFINITY;
     if (deviation > value_) value_ = deviation, where_ = where;

@@ -17,7 +17,9 @@ TEST(ErrorText, ReplacesMessagesOfTheStandardLibrary) {
   EXPECT_EQ(error_text(file), "cannot use 'a/b': No such file or directory");
 }
 
-TEST(ErrorText, KeepsOtherMessages) { EXPECT_EQ(error_text(std::runtime_error("arm: no motion")), "arm: no motion"); }
+TEST(ErrorText, PreservesOtherMessages) {
+  EXPECT_EQ(error_text(std::runtime_error("arm: no motion")), "arm: no motion");
+}
 
 }  // namespace
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-// What a terminal would obey becomes '?', and nothing else.
+// Terminal control characters become '?'; other characters are unchanged.
 #include <gtest/gtest.h>
 
 #include "grapnel/text/message_text.hpp"
@@ -19,10 +19,10 @@ TEST(Printable, ControlCharactersDoNot) {
   EXPECT_EQ(printable_lines("\x1b[31m\x1b]0;title\a\r\b\x7f"), "?[31m?]0;title????");
   EXPECT_EQ(printable_lines(std::string_view("a\0b", 3)), "a?b");
   EXPECT_EQ(printable_lines("\u009b31m\u0080\u009f"), "?31m??");           // C1
-  EXPECT_EQ(printable_lines("a\u202eb\u2066c\u2028d\u2069"), "a?b?c?d?");  // direction, ends of lines
+  EXPECT_EQ(printable_lines("a\u202eb\u2066c\u2028d\u2069"), "a?b?c?d?");  // text direction, line separators
   EXPECT_EQ(printable_lines("\x9b"
                             "31m \xff \xc3 \xe2\x82"),
-            "?31m ? ? ??");  // no UTF-8, cut off
+            "?31m ? ? ??");  // invalid or truncated UTF-8
 }
 
 TEST(Printable, Utf8) {

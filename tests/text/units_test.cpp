@@ -1,4 +1,4 @@
-// Numbers with units: what units mean, that numbers are rounded once, and what is refused.
+// Numbers with units: conversion, single rounding, and rejected input.
 #include "grapnel/text/units.hpp"
 
 #include <gmock/gmock.h>
@@ -81,7 +81,7 @@ TEST(Units, AreExactInDecimals) {
   }
 }
 
-// By quadruple precision, which rounds once more but only far from where it matters.
+// Against quadruple precision, whose second rounding has no effect for these values.
 TEST(Units, AnglesAreRoundedOnce) {
   __extension__ using Wide = __float128;
   const Wide pi = Wide{3.141592653589793115997963468544185161591} + Wide{1.2246467991473531772e-16};
@@ -133,7 +133,7 @@ TEST(Units, ReportErrors) {
   }
 }
 
-// Slips that others know better.
+// Mistakes that other checks report.
 TEST(Units, LeaveOtherTextsAlone) {
   for (const char* text : {"", "5", "deg", "any", "1,5 m", "10,5", "1 000", "0x1f", "1O", "2*pi", "010 deg", "1.2.3 m",
                            "20 // s", ".inf m", "- 5 m", "5 m, 6 m"}) {

@@ -1,4 +1,4 @@
-// What is written reads back as the same tree.
+// Written YAML reads back as the same tree.
 #include "grapnel/text/write_yaml.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ std::string read_bytes(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Kinds, texts, keys and their order, and what a scalar is.
+// Compares kinds, texts, keys and their order, and the types of scalars.
 void expect_same(const Node& a, const Node& b, const std::string& where) {
   ASSERT_EQ(a.kind, b.kind) << where;
   EXPECT_EQ(a.text, b.text) << where;

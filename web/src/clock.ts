@@ -1,4 +1,4 @@
-// The instant shown, shared by replay and plots; and playback. Time is that of the simulation [s].
+// The displayed instant, shared by replay and plots; and playback. Time is simulation time [s].
 
 // Slow motion within `before` and `after` about a time: playback is `factor` times as fast there.
 export interface SlowMotion {
@@ -8,7 +8,7 @@ export interface SlowMotion {
   factor: number;
 }
 
-// Where playback is after `seconds` of watching: through slow parts at their own rate, however long a frame took.
+// Playback position after `seconds` of real time: slow intervals have their own rate, regardless of the frame duration.
 export function advance(now: number, seconds: number, speed: number, slow: readonly SlowMotion[], end: number): number {
   let left = seconds;
   while (left > 0 && now < end) {
@@ -31,16 +31,16 @@ export function slowFactor(now: number, slow: readonly SlowMotion[]): number {
   return factor;
 }
 
-const kLongestPause = 0.1; // of what passed while the page was out of sight, so much is played [s]
+const kLongestPause = 0.1; // played time after the page was hidden, at most [s]
 
 export class Clock {
-  speed = 1; // seconds of simulation per second of watching
+  speed = 1; // seconds of simulation per second of real time
   slowAround: SlowMotion[] = []; // about impacts
   private now: number;
   private before = 0;
   private running = false;
   private last = 0;
-  private unseen = false; // the page was out of sight since the last frame: browsers stop frames then
+  private unseen = false; // the page was hidden since the last frame: browsers stop frames then
   private readonly listeners = new Set<() => void>();
 
   constructor(
@@ -60,7 +60,8 @@ export class Clock {
     this.show(time, 0);
   }
 
-  // At an impact several samples have one time: how many of them come after the one that is shown; 0: the last is shown.
+  // At an impact several samples have one time: the number of samples of this time after the displayed one; 0: the last
+  // is displayed.
   get back(): number {
     return this.before;
   }
@@ -69,7 +70,7 @@ export class Clock {
     if (clamped === this.now && back === this.before) return;
     this.now = clamped;
     this.before = back;
-    this.tell();
+    this.notify();
   }
 
   get playing(): boolean {
@@ -83,19 +84,19 @@ export class Clock {
     this.unseen = false;
     this.last = performance.now();
     requestAnimationFrame(this.tick);
-    this.tell();
+    this.notify();
   }
   pause(): void {
     if (!this.running) return;
     this.running = false;
-    this.tell();
+    this.notify();
   }
   toggle(): void {
     if (this.running) this.pause();
     else this.play();
   }
 
-  // Called at every change of time or playback. Returns what ends it.
+  // Called at every change of time or playback. Returns the function that unsubscribes.
   listen(listener: () => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
@@ -109,11 +110,11 @@ export class Clock {
     this.last = Math.max(stamp, this.last);
     this.now = advance(this.now, elapsed, this.speed, this.slowAround, this.end);
     if (this.now >= this.end) this.running = false;
-    this.tell();
+    this.notify();
     if (this.running) requestAnimationFrame(this.tick);
   };
 
-  private tell(): void {
+  private notify(): void {
     for (const listener of this.listeners) listener();
   }
 }

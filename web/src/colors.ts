@@ -1,11 +1,10 @@
-// All colours that mean something, in one place: an arm, a target, an axis has one colour in the replay, in plots and
-// in legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages
-// and lighter on
-// dark ones), and keep a contrast of 3 to the page.
+// All colours with a meaning: an arm, a target or an axis has one colour in the replay, in plots and in legends. They
+// are distinguishable with red-green colour blindness (targets are darker than arms on light pages and lighter on dark
+// ones), and have a contrast of at least 3 to the page.
 
 export type Scheme = "light" | "dark";
 
-// Of charts of studies, where colours mean nothing by themselves (after Okabe and Ito).
+// For charts of studies, where colours have no fixed meaning (after Okabe and Ito).
 export const kSeriesColors = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a7400", "#56b4e9", "#e69f00", "#777777"];
 export const kDashes: number[][] = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
@@ -25,7 +24,7 @@ const kTargets: Pair[] = [
   ["#1f5f68", "#a8ecf5"],
   ["#4f5a14", "#bccb5a"],
 ];
-// What has an order along a chain, and nothing else: joints, kinds of energy. From dark to bright.
+// Only for items ordered along a chain: joints, kinds of energy. From dark to bright.
 const kSteps: Pair[] = [
   ["#150c5c", "#9d95ff"],
   ["#6a1a9c", "#c98bff"],
@@ -35,7 +34,7 @@ const kSteps: Pair[] = [
   ["#a8790a", "#f5d34a"],
   ["#5d7a1e", "#c8e05a"],
 ];
-// Beyond those, as of a dozen thrusters: no order, and none like another.
+// Further colours, e.g. for a dozen thrusters: without order, all distinct.
 const kMore: Pair[] = [
   ["#00637a", "#58d0e8"],
   ["#0b7a3b", "#5fe08f"],
@@ -67,7 +66,7 @@ const kFixed: Record<string, Pair> = {
   "axis z": ["#1f3fd0", "#7f9bff"],
 };
 
-// Of a role: "base", "arm 1", "target 0", "axis x", "step 3", ... Undefined: it is none.
+// Colour of a role: "base", "arm 1", "target 0", "axis x", "step 3", ... Undefined: not a role.
 export function knownRole(role: string, scheme: Scheme): string | undefined {
   const [kind, index] = role.split(" ");
   const list: Record<string, Pair[]> = { arm: kArms, target: kTargets, step: kSteps, more: kMore };
@@ -79,7 +78,7 @@ export function roleColor(role: string, scheme: Scheme): string {
   return knownRole(role, scheme) ?? kFixed.base[scheme === "dark" ? 1 : 0];
 }
 
-// Of lines that are steps of an order; beyond the last step other colours follow, and the dash changes.
+// For lines in a given order; after the last step other colours follow, and the dash changes.
 export function lineStyle(index: number): { color: string; dash: number[] } {
   const all = kSteps.length + kMore.length, at = index % all;
   const color = at < kSteps.length ? `step ${at}` : `more ${at - kSteps.length}`;
@@ -87,7 +86,7 @@ export function lineStyle(index: number): { color: string; dash: number[] } {
   return { color, dash: kDashes[dash % kDashes.length] };
 }
 
-// The name of what follows the first overlap of bodies.
+// The name of the interval after the first overlap of bodies.
 export const kBeyond = "beyond validity";
 
 export const kPhaseTints: Record<string, string> = {

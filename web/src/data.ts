@@ -1,6 +1,6 @@
-// What a report holds: written by the C++ module `report` into <script id="grapnel-data" type="application/json">, read
-// here and nowhere else. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++ side is
-// grapnel/report/report_data.hpp; both change together.
+// The contents of a report: written by the C++ module `report` into <script id="grapnel-data" type="application/json">,
+// and read only by this viewer. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++
+// side is grapnel/report/report_data.hpp; change both together.
 
 import type { CampaignReport } from "./campaign_types";
 import type { OptimizationReport } from "./optimization_types";
@@ -26,7 +26,7 @@ export interface ReportData {
 
 // ---- One run ----
 
-// What may be missing in whole or in part.
+// A value that may be missing as a whole or in part.
 export type Partly<T> = T extends readonly (infer Item)[]
   ? Partly<Item>[]
   : T extends object
@@ -40,26 +40,27 @@ export interface RunData {
   summary: PartlySummary | null; // summary.json, unchanged
   scene: Scene | null; // scene.json, unchanged; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
-  notes: string[]; // what is odd: files of different runs, a file missing
-  source?: SourceTexts | null; // scenario.json: what was simulated; results of earlier versions have none
+  notes: string[]; // irregularities: files of different runs, a missing file
+  source?: SourceTexts | null; // scenario.json: input of the simulation; results of earlier versions have none
 }
 
 export interface SourceTexts {
   description: string;
   settings: string[]; // "path=value" of every --set
-  files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "target NAME", "trajectory"; text "": too large to be kept
+  files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "target NAME", "trajectory"; text "": too large
 }
 
-// Samples at common times; between samples values go linearly. At impacts several samples have the same time.
+// Samples at common times; values are interpolated linearly between samples. At impacts several samples have the same
+// time.
 export interface PackedSeries {
-  samples: number; // kept
+  samples: number; // retained
   of: number; // recorded
-  bound: number; // largest deviation of what was left out, relative to each series' range
+  bound: number; // largest deviation of omitted samples, relative to each series' range
   time: string; // base64, float64 little endian [s]
   phase: string; // base64, uint8: index into phases
   phases: string[]; // "approach", "contact", "post_impact", ...
   series: { path: string; unit: string; description: string; components: string[]; data: string }[];
-  // data: base64, float32 little endian, samples x components. A scalar has one component, "" or its own name.
+  // data: base64, float32 little endian, samples x components. A scalar has one component, named "" or as the series.
 }
 
 // ---- Studies ----
@@ -84,7 +85,7 @@ export interface SweepData {
 export interface OptimizationData {
   comparison: Partly<OptimizationReport>; // comparison.json, unchanged (docs/formats/optimization.md)
   command: string; // "grapnel run best.yaml", in the page's folder
-  columns: TableColumn[]; // of evaluations.csv, the texts `search`, `status`, `reason` left out
+  columns: TableColumn[]; // of evaluations.csv, without the texts `search`, `status`, `reason`
   values: (number | null)[][]; // per column, per evaluation
   search: string[]; // per evaluation: sample, local 1, ...
   status: string[];
@@ -98,19 +99,19 @@ export interface CampaignData {
   command: string; // "grapnel campaign ../STUDY.yaml --only {K}", in the page's folder; "" if not known
   rows: number; // of the table; 0 without one
   sample: PackedSample | null; // null: the folder has no sound table.h5
-  notes: string[]; // what is odd: the table is missing, or damaged
+  notes: string[]; // irregularities: the table is missing, or damaged
   saved: number[]; // cases with separate reports, series/case-K/report.html
 }
 
-// Some rows of the table, in the order of their cases. Of few cases these are all.
+// Some rows of the table, in the order of their cases. Campaigns with few cases contain all rows.
 export interface PackedSample {
   rows: number;
   case: string; // base64, float64 little endian: k of each row
-  drawn: string; // base64, uint8: 1 if the row is of the even sample, 0 if it is here because it failed or is among the worst
+  drawn: string; // base64, uint8: 1: row of the even sample, 0: added because it failed or is among the worst
   status: string; // base64, uint8: index into statuses
   statuses: string[]; // "ok", "failed", "unreachable"
   success: string; // base64, uint8
-  reasons: [number, string][]; // row, text: rows that have one
+  reasons: [number, string][]; // row, text: rows with a reason
   design: (TableColumn & { labels?: string[]; data: string })[]; // of a success map; with labels: values count from 0 into them
   inputs: (TableColumn & { data: string })[]; // base64, float32 little endian, NaN where there is nothing
   columns: (TableColumn & { data: string })[];

@@ -1,4 +1,4 @@
-// Elements with texts that are never read as HTML: names come from files that anyone may have written.
+// Elements whose texts are never parsed as HTML: names come from untrusted files.
 
 type Child = Node | string | null | undefined | false;
 
@@ -25,7 +25,7 @@ export function svgElement<K extends keyof SVGElementTagNameMap>(
   return made;
 }
 
-// Offers a file to keep.
+// Offers a file for download.
 export function download(name: string, content: string | Blob, type = "text/plain"): void {
   const blob = typeof content === "string" ? new Blob([content], { type }) : content;
   const link = element("a", { href: URL.createObjectURL(blob), download: name });

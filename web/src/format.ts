@@ -1,6 +1,6 @@
-// Numbers with sensible digits, and units.
+// Number formatting with a suitable number of digits, and units.
 
-// Four significant digits; powers of ten beyond 10^5 and below 10^-3. Rounding noise stays visible as such.
+// Four significant digits; powers of ten above 10^5 and below 10^-3. Rounding noise remains recognizable.
 export function number(value: number | null | undefined, digits = 4): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
@@ -19,8 +19,8 @@ export function withUnit(value: number | null | undefined, unit: string, digits 
   return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unitText(unit)}`;
 }
 
-// A command that names files as seen from the page's folder, so that it works wherever it is pasted: the page knows
-// where it is once it is open.
+// A command with paths relative to the page's folder, so that it works from any folder: the page knows its location
+// once it is open.
 export function pasted(command: string): string {
   if (!command || typeof location === "undefined" || location.protocol !== "file:") return command;
   const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "") || "/";
@@ -33,7 +33,7 @@ export function label(name: string, unit: string): string {
   return columnHead(name, unitText(unit));
 }
 
-// The same in CSV files, where units are written as table.csv has them: "inertia [kg m^2]".
+// The same in CSV files, with units as in table.csv: "inertia [kg m^2]".
 export function columnHead(name: string, unit: string): string {
   return unit === "" || unit === "1" ? name : `${name} [${unit}]`;
 }

@@ -1,5 +1,4 @@
-// Where a report begins: reads its data, and builds the page that its kind asks for. Whatever goes wrong is said on the
-// page.
+// Entry point of a report: reads its data, and builds the page for its kind. The page displays all errors.
 import "./style.css";
 import { buildCampaignPage } from "./campaign/campaign_page";
 import type { ReportData } from "./data";
@@ -29,7 +28,7 @@ function build(host: HTMLElement): void {
   skipLink(host);
 }
 
-// The first stop of the Tab key: past head and navigation.
+// First in the Tab order: skips head and navigation.
 function skipLink(host: HTMLElement): void {
   document.querySelector("body > .skip")?.remove();
   const first = host.querySelector<HTMLElement>("section[id]");

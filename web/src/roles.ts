@@ -1,8 +1,8 @@
-// Which role each thing of a scene has, and with it its colour (colors.ts): the same in the replay and in plots.
+// The role of each object in a scene, which determines its colour (colors.ts): the same in the replay and in plots.
 import { kDashes } from "./colors";
 import type { Scene } from "./data";
 
-// Of bodies: "base", "arm 0", "target 1". An arm is what hangs on one link of the base.
+// Roles of bodies: "base", "arm 0", "target 1". An arm consists of the links below one link on the base.
 export function rolesOf(scene: Scene): Map<string, string> {
   const roles = new Map<string, string>();
   let arms = 0;
@@ -19,20 +19,20 @@ export function rolesOf(scene: Scene): Map<string, string> {
   return roles;
 }
 
-// Of names as series have them: end-effectors have their arm's role. Without a scene the order of names decides.
+// Roles of names in series: end-effectors have their arm's role. Without a scene the order of names determines it.
 export class NamedRoles {
-  private readonly hands = new Map<string, string>();
+  private readonly endEffectors = new Map<string, string>();
   private readonly targets = new Map<string, string>();
 
   constructor(scene: Scene | null) {
     if (!scene) return;
     const roles = rolesOf(scene);
     for (const body of scene.bodies) if (body.kind === "target") this.targets.set(body.name, roles.get(body.name)!);
-    for (const end of scene.end_effectors) this.hands.set(end.name, roles.get(end.body) ?? "base");
+    for (const end of scene.end_effectors) this.endEffectors.set(end.name, roles.get(end.body) ?? "base");
   }
 
   endEffector(name: string): string {
-    return known(this.hands, name, "arm");
+    return known(this.endEffectors, name, "arm");
   }
   target(name: string): string {
     return known(this.targets, name, "target");
@@ -44,7 +44,7 @@ function known(roles: Map<string, string>, name: string, kind: string): string {
   return roles.get(name)!;
 }
 
-// Lines of one plot: several with one role (two end-effectors of one arm) differ by their dashes.
+// Lines of one plot: those with equal roles (two end-effectors of one arm) have different dashes.
 export function roleStyles(): (role: string) => { color: string; dash: number[] } {
   const met = new Map<string, number>();
   return (role) => {

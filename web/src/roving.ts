@@ -1,8 +1,9 @@
-// Groups of buttons that are one stop of the Tab key: within one, arrow keys, Home and End move.
+// Button groups with a single stop of the Tab key: arrow keys, Home and End move within a group.
 
 const kItems = "button, select, input, a[href]";
 
-// Items may come and go; hidden and disabled ones are passed over. `vertical`: up and down move too (where no item needs them).
+// Items may be added and removed; hidden and disabled ones are skipped. `vertical`: up and down move too (if no item
+// uses them).
 export function roving(group: HTMLElement, vertical = false): void {
   const items = (): HTMLElement[] => [...group.querySelectorAll<HTMLElement>(kItems)].filter((one) => !one.matches(":disabled"));
   const shown = (one: HTMLElement): boolean => one.checkVisibility?.() ?? one.offsetParent !== null;

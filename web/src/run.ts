@@ -1,4 +1,4 @@
-// One run, decoded: its series as typed arrays, looked up by path and sampled at any instant.
+// One decoded run: its series as typed arrays, found by path and sampled at any instant.
 import type { PartlySummary, PackedSeries, RunData, Scene } from "./data";
 
 export interface Series {
@@ -23,7 +23,7 @@ const kRounding = 1e-6; // of single precision, relative to the largest
 export class Run {
   readonly time: Float64Array; // [s], never decreasing; equal times at an impact
   readonly phase: Uint8Array;
-  readonly phases: PhaseSpan[]; // in order of time; a name may come again
+  readonly phases: PhaseSpan[]; // in order of time; names may repeat
   private readonly byPath = new Map<string, Series>();
   private readonly largest: Record<string, number> = {}; // by path
   private ranked: Uint16Array | null = null;
@@ -40,7 +40,7 @@ export class Run {
   get summary(): PartlySummary {
     return this.data.summary ?? {};
   }
-  // From here on bodies overlap: what follows is beyond what the model can say [s]; null: to the end.
+  // From here on bodies overlap, and the model is not valid [s]; null: valid to the end.
   get validUntil(): number | null {
     const until = this.data.summary?.feasibility?.valid_until;
     return typeof until === "number" && Number.isFinite(until) ? until : null;
@@ -65,13 +65,13 @@ export class Run {
     return [...this.byPath.values()];
   }
 
-  // Per sample: which of the different states of its time it shows, counted from 0. At an impact that is 0 just before
-  // and 1 just after, though phases that meet there have a sample each of either.
+  // Per sample: the index of its state among the different states of equal time. At an impact: 0 just before, 1 just
+  // after, although both adjacent phases have a sample of each.
   get ranks(): Uint16Array {
     return (this.ranked ??= stateRanks(this.time, (i, k) => this.alike(i, k)));
   }
 
-  // Every different state in the order of time, as locate() finds it: what one steps through.
+  // Every different state in the order of time, as located by locate(): the steps of playback.
   get states(): { time: number; back: number }[] {
     return (this.stated ??= statesOf(this.time, this.ranks));
   }
@@ -97,13 +97,13 @@ export class Run {
     if (this.time.length !== packed.samples) throw new Error("time: damaged data");
   }
 
-  // Where an instant lies: between sample `index` and the next, `fraction` of the way. Of several samples of that time
-  // it is the last, or with `back` so many before it.
+  // Position of an instant: between sample `index` and the next, at `fraction`. Of several samples of that time it is
+  // the last, or with `back` that many before it.
   locate(time: number, back = 0): Instant {
     const n = this.time.length;
     if (n === 0) return { index: 0, fraction: 0 };
     let low = 0;
-    let high = n - 1; // last sample that is not after `time`
+    let high = n - 1; // last sample not after `time`
     while (low < high) {
       const mid = (low + high + 1) >> 1;
       if (this.time[mid] <= time) low = mid;
@@ -119,7 +119,7 @@ export class Run {
     return { index: low, fraction: step > 0 ? Math.min(1, Math.max(0, (time - this.time[low]) / step)) : 0 };
   }
 
-  // A series at an instant, linearly between samples.
+  // A series at an instant, linear between samples.
   at(series: Series, instant: Instant): number[] {
     const { index, fraction } = instant;
     const w = series.width;
@@ -146,8 +146,8 @@ export function stateRanks(time: ArrayLike<number>, alike: (i: number, k: number
   return ranks;
 }
 
-// Of alike samples of one time the first, which is of the phase that ends there; but what no `back` is needed for is
-// the last.
+// Of equal samples of one time, the first, which belongs to the phase that ends there; except for the last state, which
+// requires no `back`.
 function statesOf(time: Float64Array, ranks: Uint16Array): { time: number; back: number }[] {
   const states: { time: number; back: number }[] = [];
   for (let first = 0; first < time.length; ) {
@@ -162,7 +162,7 @@ function statesOf(time: Float64Array, ranks: Uint16Array): { time: number; back:
   return states;
 }
 
-// The bytes that base64 stands for.
+// Decodes base64.
 export function bytesOf(base64: string): Uint8Array<ArrayBuffer> {
   const text = atob(base64);
   const result = new Uint8Array(text.length);

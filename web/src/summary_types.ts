@@ -377,7 +377,7 @@ export interface PlanReport {
   /** the final straight approach, if the scenario requests one */
   straight_in?: StraightInReport;
   /** properties of the last planned segment, if the trajectory was evaluated */
-  way?: PlannedPath;
+  path?: PlannedPath;
   /** evaluated capture times, if the scenario gives a window */
   window?: WindowReport;
 }
@@ -398,7 +398,7 @@ export const kPlanReport: FieldNote[] = [
   ["iterations","1","Newton steps, summed over all initial guesses"],
   ["smallest_singular_value","m/rad","smallest singular value of the derivative of the goal errors with respect to the final joint values; small: near a singularity"],
   ["straight_in","","the final straight approach, if the scenario requests one"],
-  ["way","","properties of the last planned segment, if the trajectory was evaluated"],
+  ["path","","properties of the last planned segment, if the trajectory was evaluated"],
   ["window","","evaluated capture times, if the scenario gives a window"],
 ];
 
@@ -493,7 +493,7 @@ export interface PlannedPath {
   /** time of the minimum clearance [s] */
   clearance_time: number;
   /** whether the trajectory is planned for a base that keeps its attitude exactly, as assumed under attitude control */
-  attitude_kept: boolean;
+  attitude_held: boolean;
   /** largest rotation of the base from its initial attitude, or from its commanded attitude if the attitude is kept [rad] */
   base_turn: number;
   /** predicted loads of the reaction wheels; empty: not evaluated */
@@ -508,7 +508,7 @@ export const kPlannedPath: FieldNote[] = [
   ["body_a","","first body of the closest pair"],
   ["body_b","","second body of the closest pair"],
   ["clearance_time","s","time of the minimum clearance"],
-  ["attitude_kept","","whether the trajectory is planned for a base that keeps its attitude exactly, as assumed under attitude control"],
+  ["attitude_held","","whether the trajectory is planned for a base that keeps its attitude exactly, as assumed under attitude control"],
   ["base_turn","rad","largest rotation of the base from its initial attitude, or from its commanded attitude if the attitude is kept"],
   ["wheels","","predicted loads of the reaction wheels; empty: not evaluated"],
 ];
@@ -1235,7 +1235,7 @@ export interface EffectiveMass {
   /** target of the contact */
   target: string;
   /** effective mass of the end-effector along the contact's normal, without control, joints free [kg] */
-  hand: number;
+  of_end_effector: number;
   /** apparent mass of the end-effector under the impedance law; null: no impedance law with a force sensor is active [kg] */
   apparent: number | null;
   /** effective mass of the target along the normal [kg] */
@@ -1250,7 +1250,7 @@ export interface EffectiveMass {
 export const kEffectiveMass: FieldNote[] = [
   ["end_effector","","end-effector of the contact"],
   ["target","","target of the contact"],
-  ["hand","kg","effective mass of the end-effector along the contact's normal, without control, joints free"],
+  ["of_end_effector","kg","effective mass of the end-effector along the contact's normal, without control, joints free"],
   ["apparent","kg","apparent mass of the end-effector under the impedance law; null: no impedance law with a force sensor is active"],
   ["of_target","kg","effective mass of the target along the normal"],
   ["restitution","1","coefficient of restitution e of a central contact of such masses: the target stops if e times the end-effector's mass equals its own mass"],
@@ -1457,7 +1457,7 @@ export interface PostImpact {
   /** detumbling law; absent without it */
   detumbling?: DetumblingReport;
   /** base attitude control by the joints; absent without it */
-  base_keeping?: BaseKeepingReport;
+  base_keeping?: BaseHoldReport;
   /** identification of a held target; absent without it */
   identification?: IdentificationReport;
   /** impedance control; absent without it */
@@ -1639,7 +1639,7 @@ export const kDetumblingReport: FieldNote[] = [
 ];
 
 // a base whose attitude the joints control.
-export interface BaseKeepingReport {
+export interface BaseHoldReport {
   /** start of the control law [s] */
   begin: number;
   /** end of the control law; afterwards the joints hold [s] */
@@ -1669,7 +1669,7 @@ export interface BaseKeepingReport {
   /** time of that minimum [s] */
   least_condition_time: number;
 }
-export const kBaseKeepingReport: FieldNote[] = [
+export const kBaseHoldReport: FieldNote[] = [
   ["begin","s","start of the control law"],
   ["end","s","end of the control law; afterwards the joints hold"],
   ["ended","","`rank_lost`: the joints came near a configuration in which they cannot turn the base about all initially controllable axes. `joint_limit`: a joint reached the end of its range. `running`: the run ended first"],
@@ -2084,7 +2084,7 @@ export interface ThrustersReport {
   /** propellant used by all thrusters [kg] */
   propellant: number;
   /** available propellant of the robot file; null: not given [kg] */
-  at_hand: number | null;
+  available: number | null;
   /** propellant used beyond the available mass; 0: none [kg] */
   excess: number;
   /** unloading of the wheels; absent if it is not requested */
@@ -2095,7 +2095,7 @@ export interface ThrustersReport {
 export const kThrustersReport: FieldNote[] = [
   ["each","","thrusters in the robot's order"],
   ["propellant","kg","propellant used by all thrusters"],
-  ["at_hand","kg","available propellant of the robot file; null: not given"],
+  ["available","kg","available propellant of the robot file; null: not given"],
   ["excess","kg","propellant used beyond the available mass; 0: none"],
   ["dumping","","unloading of the wheels; absent if it is not requested"],
   ["hazards","","plumes that met a body"],

@@ -1,5 +1,5 @@
-// Reports in a headless browser: what the tests share. A page counts every console error and every request it makes:
-// a report that is one file has none of either.
+// Functions shared by tests of reports in a headless browser. A page counts console errors and requests: a
+// self-contained report has none of either.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -7,7 +7,7 @@ import os from "node:os";
 import path from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
-// Packages lie where the build put them, not beside this file.
+// Packages are in the build folder, not beside this file.
 const modules = process.env.GRAPNEL_WEB_MODULES ?? path.join(path.dirname(fileURLToPath(import.meta.url)), "..");
 const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
 
@@ -25,7 +25,7 @@ const kArguments = [
   "--use-angle=swiftshader", // WebGL without a graphics card
   "--enable-unsafe-swiftshader",
   "--ignore-gpu-blocklist",
-  "--disable-gpu-compositing", // pages are painted by the processor itself, not by shaders that it emulates: a fifth of the time to scroll
+  "--disable-gpu-compositing", // painting without emulated shaders scrolls five times as fast
 ];
 
 export async function launch(more = []) {
@@ -33,7 +33,7 @@ export async function launch(more = []) {
   return chromium.launch({ executablePath: chromiumPath, args: [...kArguments, ...more] });
 }
 
-// A folder that goes away with the process.
+// A folder that is removed at the end of the process.
 export function scratch() {
   const folder = mkdtempSync(path.join(os.tmpdir(), "grapnel-report-"));
   process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
@@ -54,7 +54,7 @@ export function scenario(name) {
   return path.join(source, "scenarios", name);
 }
 
-// Opens a file as a person would. `faults`: console errors, exceptions and requests, which a test expects to be none.
+// Opens a file as a user does. `faults`: console errors, exceptions and requests; tests expect none.
 export async function open(browser, file, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
   const page = await context.newPage();
@@ -65,40 +65,40 @@ export async function open(browser, file, options = {}) {
   page.on("pageerror", (error) => faults.push(`exception: ${error.message}`));
   const url = pathToFileURL(path.resolve(file)).href;
   page.on("request", (request) => {
-    const asked = request.url();
-    if (asked !== url && !asked.startsWith("blob:") && !asked.startsWith("data:")) faults.push(`request: ${asked}`);
+    const address = request.url();
+    if (address !== url && !address.startsWith("blob:") && !address.startsWith("data:")) faults.push(`request: ${address}`);
   });
   await page.goto(url, { timeout: 120_000 });
-  await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"), null, { timeout: 120_000 }); // a busy machine is slow, not broken
+  await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"), null, { timeout: 120_000 }); // busy machines are slow
   return { page, context, faults };
 }
 
-// What axe finds wrong with the page for those who use it without a mouse or with other eyes, everything unfolded.
+// Accessibility violations found by axe, with everything unfolded.
 export async function axeFaults(page) {
   await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
   await scrollThrough(page);
-  // A text that the browser's own door takes: the page's policy forbids it scripts.
+  // Text inserted through the browser's interface, since the page's policy forbids scripts.
   await page.evaluate(readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8"));
   return axeRun(page, {});
 }
 
-// After axeFaults(), on the same page: only what axe finds wrong with its colours.
+// After axeFaults(), on the same page: only the violations of colour contrast.
 export function axeContrastFaults(page) {
   return axeRun(page, { runOnly: ["color-contrast"] });
 }
 
 async function axeRun(page, options) {
-  // Only violations in full: to describe every element of the thousands without a fault takes a third of the time.
+  // Details of violations only: describing thousands of elements without violations takes a third of the time.
   const { violations } = await page.evaluate((chosen) => window.axe.run(document, { ...chosen, resultTypes: ["violations"] }), options);
   return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
 }
 
-// Scrolls through the page, so that what is built when it comes into view is built.
+// Scrolls through the page, so that deferred parts are built.
 export async function scrollThrough(page) {
   await page.evaluate(async () => {
     for (let y = 0; y <= document.body.scrollHeight; y += 500) {
       window.scrollTo(0, y);
-      // The page learns once per frame, after drawing, which parts are in view: wait for two frames.
+      // The page determines the visible parts once per frame, after drawing: wait for two frames.
       await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 10))));
     }
     window.scrollTo(0, 0);

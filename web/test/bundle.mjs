@@ -1,4 +1,4 @@
-// Modules of the viewer for tests that need no browser: bundled into one file and imported.
+// Modules of the viewer for tests without a browser: bundled into one file and imported.
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import os from "node:os";
@@ -8,7 +8,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 const here = path.dirname(fileURLToPath(import.meta.url));
 const modules = process.env.GRAPNEL_WEB_MODULES ?? path.join(here, "..");
 
-// All that the named modules of src/ export: bundle(["plots/jumps"]).
+// All exports of the named modules of src/: bundle(["plots/jumps"]).
 export async function bundle(names) {
   const folder = mkdtempSync(path.join(os.tmpdir(), "grapnel-viewer-"));
   process.on("exit", () => rmSync(folder, { recursive: true, force: true }));

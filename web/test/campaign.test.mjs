@@ -1,4 +1,5 @@
-// Reports of campaigns and success maps as people open them: no error, no request, and what is shown is what campaign.json says.
+// Reports of campaigns and success maps in a browser: no errors, no requests, and contents that agree with
+// campaign.json.
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
@@ -15,7 +16,7 @@ after(async () => {
   await browser?.close();
 });
 
-// A page of statistics alone, made by the program.
+// A page with statistics only, written by the program.
 function report(name, statistics) {
   const out = path.join(folder, name);
   mkdirSync(out, { recursive: true });
@@ -24,7 +25,7 @@ function report(name, statistics) {
   return path.join(out, "report.html");
 }
 
-// The same page with other data in it.
+// The same page with other data.
 function page(name, data) {
   const text = readFileSync(report(`${name}-shell`, campaignStatistics()), "utf8");
   const begin = text.indexOf(">", text.indexOf('id="grapnel-data"')) + 1;
@@ -37,7 +38,7 @@ function page(name, data) {
 async function shown(file, options) {
   const opened = await open(browser, file, options);
   await scrollThrough(opened.page);
-  await opened.page.evaluate(() => window.dispatchEvent(new Event("beforeprint"))); // whatever is still to be built
+  await opened.page.evaluate(() => window.dispatchEvent(new Event("beforeprint"))); // builds all deferred parts
   return opened;
 }
 
@@ -133,8 +134,8 @@ describe("success maps", () => {
     await map.focus();
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("ArrowUp");
-    const said = await p.locator("#study-success-map [role=status]").innerText();
-    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · most frequent failure: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
+    const status = await p.locator("#study-success-map [role=status]").innerText();
+    assert.match(status, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · most frequent failure: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
     const lines = (await csv(p, "#study-success-map")).trim().split("\n");
     assert.equal(lines.length, 13);
     assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
@@ -160,10 +161,10 @@ describe("a success map over one axis", () => {
     assert.equal(await plot.locator("circle").count(), 2, "a point without cases is none");
     await plot.focus();
     await p.keyboard.press("ArrowRight");
-    const said = await p.locator("#study-success-map [role=status]").innerText();
-    assert.match(said, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · most frequent failure: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
+    const status = await p.locator("#study-success-map [role=status]").innerText();
+    assert.match(status, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · most frequent failure: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
     await p.keyboard.press("Enter");
-    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 68, "cases 4 to 7, 16 to 19 and so on");
+    assert.equal(await p.evaluate(() => window.__grapnel.study.passing), 68, "cases 4 to 7, 16 to 19 and so on");
     await p.locator("#study-success-map").getByLabel("what fails").check();
     assert.ok((await p.locator("#study-success-map .st-legend").innerText()).includes("share of cases that fail “soft”"));
     const lines = (await csv(p, "#study-success-map")).trim().split("\n");
@@ -185,11 +186,11 @@ describe("success maps lead to their cases", () => {
     await map.focus();
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("Enter");
-    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 17, "cases 1, 13, 25 and so on");
+    assert.equal(await p.evaluate(() => window.__grapnel.study.passing), 17, "cases 1, 13, 25 and so on");
     assert.match(await p.locator("#study-point").innerText(), /^Case 1\b/);
     await map.focus();
     await p.keyboard.press("Enter");
-    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 200);
+    assert.equal(await p.evaluate(() => window.__grapnel.study.passing), 200);
     const links = await p.locator("a.cp-saved").evaluateAll((all) => [...new Set(all.map((a) => a.getAttribute("href")))].sort());
     assert.deepEqual(links, ["series/case-13/report.html", "series/case-2/report.html"]);
     await p.locator("#study-success-map select").selectOption("deciding");
@@ -203,7 +204,7 @@ describe("success maps lead to their cases", () => {
 });
 
 describe("elements do not overlap", () => {
-  // Names as long as real ones.
+  // Names of realistic length.
   function long() {
     const names = { mass: "targets.target-1.state.angular_velocity/length", rate: "targets.target-2.state.angular_velocity/length" };
     return JSON.parse(JSON.stringify(campaignData()).replace(/"(mass|rate)"/g, (_, name) => JSON.stringify(names[name])));
@@ -245,9 +246,9 @@ describe("elements do not overlap", () => {
       const levels = texts.filter((t) => t.level).map((t) => t.text);
       assert.deepEqual([...new Set(levels)].sort(), ["0.5", "0.9", "0.99"]);
       if (width > 1000) assert.ok(texts.length > 60, `${texts.length} texts`);
-      // A pixel of each text's box is air.
-      const meet = (a, b) => a.left + 1 < b.right && b.left + 1 < a.right && a.top + 1 < b.bottom && b.top + 1 < a.bottom;
-      texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => assert.ok(!meet(a, b), `${a.text} on ${b.text}`)));
+      // One pixel of each text's box is margin.
+      const overlap = (a, b) => a.left + 1 < b.right && b.left + 1 < a.right && a.top + 1 < b.bottom && b.top + 1 < a.bottom;
+      texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => assert.ok(!overlap(a, b), `${a.text} on ${b.text}`)));
       const ramp = p.locator("#study-success-map .st-ramp svg");
       assert.equal(await ramp.count(), 1);
       assert.match(await ramp.first().evaluate((svg) => svg.textContent), /0\.0.*probability of success|probability of success.*1\.0/);
@@ -256,8 +257,8 @@ describe("elements do not overlap", () => {
     });
   }
 
-  // Probabilities that fall from 1 to 0 within three cells, of so many cases that their lower bounds, which the map
-  // opens with, do too.
+  // Probabilities that fall from 1 to 0 within three cells, with many cases, so that the initially displayed lower
+  // bounds do so too.
   function steep() {
     const data = campaignData("map");
     const size = 13;

@@ -1,11 +1,11 @@
-// What the pages of campaigns compute, without a browser: the model from campaign.json, intervals, distribution functions,
+// Computations of campaign pages, without a browser: the model from campaign.json, intervals, distribution functions,
 // quantile bands, contours, the sample.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
 import { bundle } from "./bundle.mjs";
 import { campaignData, campaignStatistics } from "./made_campaign.mjs";
 
-let c; // all that the modules export
+let c; // all exports of the modules
 before(async () => {
   const names = ["model", "read", "sample", "wilson", "words", "bands", "cumulative", "contours", "map_grid", "pick", "names", "contour_labels"];
   c = await bundle(["format", ...names.map((name) => `campaign/${name}`)]);
@@ -39,7 +39,7 @@ test("the model matches campaign.json", () => {
   assert.deepEqual([m.success.estimate, m.success.lower, m.success.upper], [s.success.estimate, s.success.lower, s.success.upper]);
   assert.equal(m.success.successes, s.counts.success);
   assert.deepEqual(m.criteria.map((k) => [k.name, k.successes, k.trials, k.onlyThis]), [["captured", 196, 200, 4], ["soft", 188, 200, 12]]);
-  // Of a magnitude both signs are limits.
+  // A limit on a magnitude is two limits, one per sign.
   assert.deepEqual(m.limits.map((l) => [l.column, l.value, l.atMost]), [["impulse", 0.55, true], ["impulse", -0.55, false]]);
   assert.deepEqual(m.sensitivities[0].influences.map((i) => [i.input, i.firstOrder]), [["mass", 0.6], ["rate", 0.1]]);
   for (const d of c.describedOf(m)) {
@@ -215,7 +215,7 @@ test("shortened names of inputs remain distinct", () => {
 
 test("names of contours lie on their lines, inside, and on no other name", () => {
   const frame = { left: 0, right: 600, top: 0, bottom: 300 };
-  // Lines 6 pixels apart, which all have their middle at the same place; a short one; one that reaches beyond the frame.
+  // Lines 6 pixels apart with equal middles; a short one; one that extends beyond the frame.
   const lines = [0, 6, 12, 18, 24].map((d, k) => ({ text: `0.${k}9`, points: [[20, 100 + d], [300, 90 + d], [580, 100 + d]] }));
   lines.push({ text: "short", points: [[50, 250], [60, 250]] }, { text: "long", points: [[-400, 200], [150, 200], [150, 290]] });
   const labels = c.placeLabels(lines, frame);
@@ -225,7 +225,7 @@ test("names of contours lie on their lines, inside, and on no other name", () =>
     for (const b of labels.slice(k + 1)) assert.ok(!c.overlap(a.box, b.box), `${a.text} on ${b.text}`);
     assert.ok(c.crosses(lines.find((l) => l.text === a.text).points, { left: a.x - 0.1, right: a.x + 0.1, top: a.y - 0.1, bottom: a.y + 0.1 }), `${a.text} beside its line`);
   }
-  // Where there is room, clear of other lines too.
+  // If possible, clear of other lines too.
   const apart = c.placeLabels([{ text: "a", points: [[0, 0], [600, 300]] }, { text: "b", points: [[0, 300], [600, 0]] }], frame);
   assert.equal(apart.length, 2);
   assert.ok(!c.crosses([[0, 300], [600, 0]], apart[0].box) && !c.crosses([[0, 0], [600, 300]], apart[1].box));

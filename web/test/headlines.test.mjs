@@ -1,4 +1,4 @@
-// Headlines of studies and campaigns, without a browser: none says more than was judged.
+// Headlines of studies and campaigns, without a browser: no claims beyond the evaluated checks.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
 import { bundle } from "./bundle.mjs";

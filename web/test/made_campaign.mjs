@@ -1,5 +1,5 @@
-// A campaign made up for tests: campaign.json as docs/formats/campaign.md says, and a sample of its rows. Every case's
-// numbers follow from k.
+// A synthetic campaign for tests: campaign.json as specified in docs/formats/campaign.md, and a sample of its rows. The
+// numbers of a case are functions of k.
 
 const kCases = 200;
 

@@ -1,6 +1,5 @@
-// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order
-// of what is shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its
-// policy forbids.
+// The page of a run: text size on high-resolution screens, keyboard and screen readers, forced colours, order of
+// contents, replay beside plots, states of an impact, texts of scenarios, video, and restrictions of its policy.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
@@ -26,7 +25,7 @@ after(async () => {
   await browser?.close();
 });
 
-// The report with other data, with its script as it was.
+// The report with other data and its original script.
 function changed(file, name, change) {
   const text = readFileSync(file, "utf8");
   const tag = '<script type="application/json" id="grapnel-data">';
@@ -53,7 +52,7 @@ describe("letters", () => {
           return fill.apply(this, args);
         };
         document.querySelector(".plot").scrollIntoView();
-        window.dispatchEvent(new Event("grapnel-theme")); // draws again
+        window.dispatchEvent(new Event("grapnel-theme")); // redraws
         await new Promise((done) => setTimeout(done, 600));
         return [...met];
       });
@@ -72,7 +71,7 @@ describe("accessibility", () => {
     const light = await ground();
     await page.emulateMedia({ colorScheme: "dark" });
     await page.waitForFunction((was) => getComputedStyle(document.body).backgroundColor !== was, light);
-    assert.deepEqual(await axeContrastFaults(page), []); // nothing but colours is another
+    assert.deepEqual(await axeContrastFaults(page), []); // only the colours differ
     await context.close();
   });
 
@@ -107,7 +106,7 @@ describe("accessibility", () => {
     assert.equal(await named(), "Names");
     await page.keyboard.press("ArrowRight");
     assert.equal(await named(), "Trails");
-    assert.equal(await page.evaluate(() => window.__grapnel.clock.time), 0); // the replay did not step
+    assert.equal(await page.evaluate(() => window.__grapnel.clock.time), 0); // the replay has not stepped
     await context.close();
   });
 
@@ -132,8 +131,8 @@ describe("accessibility", () => {
       const style = getComputedStyle(document.body);
       return [style.color, style.backgroundColor, getComputedStyle(document.querySelector('.replay-chip[aria-pressed="true"]')).backgroundColor];
     });
-    assert.notEqual(pressed, page_); // what is on is seen to be on
-    // Plots are drawn in the system's ink, not in the page's own.
+    assert.notEqual(pressed, page_); // pressed buttons are visibly pressed
+    // Plots use the system's text colour, not the page's.
     assert.match(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--ink")), /CanvasText/);
     assert.notEqual(ink, page_);
     assert.deepEqual(faults, []);
@@ -196,15 +195,15 @@ describe("flexible links", () => {
         const pose = (name) => window.__grapnel.replay.bodyPose(name);
         const about = (q) => 2 * Math.atan2(q[3], q[0]); // z
         const names = ["arm-1-link-1", "arm-1-link-1:1", "arm-1-link-1:2", "arm-1-link-2"].map(pose);
-        return { piece: about(names[1].quaternion_wxyz) - about(names[0].quaternion_wxyz), next: Math.hypot(...names[3].position.map((x, k) => x - names[2].position[k])), base: pose("base").position };
+        return { segment: about(names[1].quaternion_wxyz) - about(names[0].quaternion_wxyz), next: Math.hypot(...names[3].position.map((x, k) => x - names[2].position[k])), base: pose("base").position };
       });
     const true_ = await turns();
-    assert.ok(Math.abs(true_.piece) > 1e-5, `${true_.piece} rad`);
+    assert.ok(Math.abs(true_.segment) > 1e-5, `${true_.segment} rad`);
     const range = page.getByLabel("Bending drawn so many times");
     await range.fill("1");
     const larger = await turns();
-    assert.ok(Math.abs(larger.piece / true_.piece - 10) < 1e-2, `${larger.piece} after ${true_.piece}`); // single precision
-    assert.ok(Math.abs(larger.next - true_.next) < 1e-5); // nothing comes apart
+    assert.ok(Math.abs(larger.segment / true_.segment - 10) < 1e-2, `${larger.segment} after ${true_.segment}`); // single precision
+    assert.ok(Math.abs(larger.next - true_.next) < 1e-5); // segments remain connected
     assert.deepEqual(larger.base, true_.base);
     assert.ok((await seen(page, ".replay-legend li")).includes("bending drawn 10 times"));
     assert.deepEqual(faults, []);

@@ -1,4 +1,4 @@
-// What the page says and shows, without a browser: playback, states at an impact, colours, the first plots and their limits,
+// The page's functions, without a browser: playback, states at an impact, colours, the first plots and their limits,
 // differences of texts, badges, panels.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
@@ -20,8 +20,8 @@ const base64 = (array) => Buffer.from(array.buffer).toString("base64");
 test("playback keeps its speed for any frame time, and through slow motion", () => {
   near(v.advance(0, 0.5, 2, [], 100), 1, 1e-12); // one frame of half a second at 2x
   const slow = [{ time: 10, before: 1, after: 1, factor: 0.1 }];
-  near(v.advance(8, 1, 2, slow, 100), 9.1, 1e-12); // half a second to its edge, the rest at a tenth
-  near(v.advance(8, 20, 2, slow, 100), 8 + 1 + 2 + 2 * 9.5, 1e-12); // through it in one frame
+  near(v.advance(8, 1, 2, slow, 100), 9.1, 1e-12); // half a second to the slow interval, the rest at a tenth
+  near(v.advance(8, 20, 2, slow, 100), 8 + 1 + 2 + 2 * 9.5, 1e-12); // through the interval in one frame
   assert.equal(v.advance(99, 5, 2, slow, 100), 100);
 });
 
@@ -29,7 +29,7 @@ test("a slow machine plays 2x at 2x; time in the background is skipped", () => {
   const frames = [];
   const listeners = {};
   let now = 0;
-  const kept = { performance: globalThis.performance, requestAnimationFrame: globalThis.requestAnimationFrame, document: globalThis.document };
+  const originals = { performance: globalThis.performance, requestAnimationFrame: globalThis.requestAnimationFrame, document: globalThis.document };
   Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
   globalThis.requestAnimationFrame = (frame) => frames.push(frame);
   globalThis.document = { hidden: false, addEventListener: (name, listener) => (listeners[name] = listener) };
@@ -45,15 +45,16 @@ test("a slow machine plays 2x at 2x; time in the background is skipped", () => {
     frames.shift()((now += 60_000));
     near(clock.time, 5.2, 1e-9);
   } finally {
-    Object.defineProperty(globalThis, "performance", { value: kept.performance, configurable: true });
-    globalThis.requestAnimationFrame = kept.requestAnimationFrame;
-    globalThis.document = kept.document;
+    Object.defineProperty(globalThis, "performance", { value: originals.performance, configurable: true });
+    globalThis.requestAnimationFrame = originals.requestAnimationFrame;
+    globalThis.document = originals.document;
   }
 });
 
 // ---- An impact has two states at one time ----
 
-// The approach ends at 1 s, the contact has a sample before and one after, and the last phase begins as the contact ends.
+// The approach ends at 1 s, the contact has one sample before and one after, and the last phase begins as the contact
+// ends.
 function impactRun(scene = null, more = [], summary = {}) {
   const time = Float64Array.of(0, 1, 1, 1, 1, 2);
   const series = (path, unit, components, values) => ({ path, unit, description: "", components, data: base64(Float32Array.from(values.flat())) });
@@ -82,7 +83,7 @@ test("the states before and after an impact are two steps", () => {
   const rate = (state) => run.at(run.series("base/angular_velocity"), run.locate(state.time, state.back))[2];
   assert.deepEqual(run.states.map(rate), [0, 1, 3, 3]);
   const back = v.nextState(run.states, { time: 1, back: 0 }, false);
-  assert.deepEqual(back, { time: 1, back: 3 }); // "previous sample" shows what was just before
+  assert.deepEqual(back, { time: 1, back: 3 }); // "previous sample" shows the state just before
   assert.deepEqual(v.nextState(run.states, back, true), { time: 1, back: 0 });
   assert.deepEqual(v.nextState(run.states, { time: 0.5, back: 0 }, true), { time: 1, back: 3 });
   assert.equal(v.nextState(run.states, { time: 2, back: 0 }, true), undefined);
@@ -90,11 +91,11 @@ test("the states before and after an impact are two steps", () => {
 
 test("an impulse is shown from contact on", () => {
   const run = impactRun();
-  const met = (time, back) => v.hasMet(run, 1, time, run.locate(time, back), back);
-  assert.equal(met(0.99, 0), false); // 0.3 s before it in earlier versions
-  assert.equal(met(1, 3), false);
-  assert.equal(met(1, 0), true);
-  assert.equal(met(1.2, 0), true);
+  const occurred = (time, back) => v.hasOccurred(run, 1, time, run.locate(time, back), back);
+  assert.equal(occurred(0.99, 0), false); // marked 0.3 s before it in earlier versions
+  assert.equal(occurred(1, 3), false);
+  assert.equal(occurred(1, 0), true);
+  assert.equal(occurred(1.2, 0), true);
 });
 
 // ---- Colours ----
@@ -111,7 +112,7 @@ function lab([r, g, b]) {
   const [x, y, z] = [f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505), f(0.2126 * r + 0.7152 * g + 0.0722 * b), f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089)];
   return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
 }
-// As people see them whose green cones are missing (Machado, Oliveira, Fernandes 2009).
+// As seen with deuteranopia (Machado, Oliveira, Fernandes 2009).
 const withoutGreen = ([r, g, b]) => [0.367322 * r + 0.860646 * g - 0.227968 * b, 0.280085 * r + 0.672501 * g + 0.047413 * b, -0.01182 * r + 0.04294 * g + 0.968881 * b].map((c) => Math.max(0, c));
 const apart = (a, b, seen = (c) => c) => Math.hypot(...lab(seen(rgb(a))).map((x, i) => x - lab(seen(rgb(b)))[i]));
 
@@ -122,7 +123,7 @@ test("colours of arms, targets and axes are distinct and have contrast with the 
     colors.forEach((color, i) => {
       assert.ok(contrast(color, page) >= 3, `${roles[i]} on ${page}: ${contrast(color, page)}`);
       for (let k = 0; k < i; ++k) {
-        assert.ok(apart(color, colors[k]) > 20, `${roles[i]} and ${roles[k]}, ${scheme}: ${apart(color, colors[k])}`); // measured 22 at least
+        assert.ok(apart(color, colors[k]) > 20, `${roles[i]} and ${roles[k]}, ${scheme}: ${apart(color, colors[k])}`); // measured at least 22
         const alike = [roles[i], roles[k]].every((role) => role.startsWith("axis")) || [roles[i], roles[k]].every((role) => !role.startsWith("axis"));
         if (alike) assert.ok(apart(color, colors[k], withoutGreen) > 14, `${roles[i]} and ${roles[k]}, ${scheme}, without green: ${apart(color, colors[k], withoutGreen)}`);
       }
@@ -179,7 +180,7 @@ test("one colour per arm, target and axis in every plot", () => {
   const line = (plot, label) => plots.find((one) => one.id === plot).lines.find((one) => one.label === label);
   assert.equal(line("grasp-force", "tip-2").color, "arm 1");
   assert.equal(line("closing", "tip-2 distance").color, "arm 1");
-  assert.equal(line("momentum-linear-x", "debris").color, "target 0"); // orange, as tip-2, in earlier versions
+  assert.equal(line("momentum-linear-x", "debris").color, "target 0"); // orange, like tip-2, in earlier versions
   assert.deepEqual(plots.find((one) => one.id === "base-angular_velocity").lines.map((one) => one.color), ["axis x", "axis y", "axis z"]);
   assert.equal(line("end-effector-velocity-tip-1", "z").color, "axis z");
 });
@@ -260,7 +261,7 @@ test("texts are compared by lines", () => {
   const long = Array.from({ length: 60 }, (_, i) => `line ${i}`);
   const shown = v.hunks(v.lineDiff(long.join("\n"), long.with(30, "other").join("\n")), 2);
   assert.deepEqual(shown.map((line) => line?.text ?? "..."), ["...", "line 28", "line 29", "line 30", "other", "line 31", "line 32", "..."]);
-  // Random edits: what is kept or only in one makes up each text again.
+  // Random edits: common lines and lines of one text reproduce each text.
   let seed = 7;
   const random = (n) => (seed = (seed * 48271) % 2147483647) % n;
   for (let k = 0; k < 50; ++k) {
@@ -319,7 +320,7 @@ test("keys rotate the camera about its target, not over the pole", () => {
 });
 
 test("thin rectangles of a mesh are panels, blocks and discs are not", () => {
-  // A block of 1 m and apart from it a plate of 2 x 1 x 0.02 m.
+  // A block of 1 m and, separate from it, a plate of 2 x 1 x 0.02 m.
   const box = (size, at) => Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((k) => at[k] + (((i >> k) & 1) - 0.5) * size[k])).flat();
   const faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]];
   const vertices = [...box([1, 1, 1], [0, 0, 0]), ...box([2, 1, 0.02], [4, 0, 1])];
@@ -350,7 +351,7 @@ test("exactly the shapes of a body are drawn", () => {
   assert.deepEqual(three.object.children.map((part) => part.position.toArray()), [[0, 0, 0], [0, 3, 0], [0, 0, 0.7]]);
   near(three.radius, 3 + 0.5 * Math.hypot(1, 4, 0.02), 1e-12);
   assert.equal(drawn([]).object.children.length, 1); // the box of its inertia
-  // A grasp point that stands off has a handle to the nearest of the boxes.
+  // A grasp point off the surface has a handle to the nearest of the boxes.
   const target = { ...twoArms().bodies[3], geometry: [at("box", [1, 1, 1], [0, 0, 0]), at("box", [1, 4, 0.02], [0, 3, 0])] };
   const point = { target: "debris", name: "bar", position: [0, 4, 0.21], approach_direction: null };
   const [, handle] = v.graspPoint(point, target, 0.1, "target 0", paints).children;

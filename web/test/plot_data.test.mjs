@@ -1,4 +1,4 @@
-// What plots and numbers are made of, without a browser: attitude, velocities of grasp points, jumps, ticks, files.
+// Data of plots and numbers, without a browser: attitude, velocities of grasp points, jumps, ticks, files.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
 import { bundle } from "./bundle.mjs";
@@ -23,7 +23,7 @@ test("the rotation vector of three turns is continuous, for either sign of the q
 });
 
 test("a point of a rotated spinning body moves by w x R p", () => {
-  // Turned by 90 degrees about z: (1, 0, 0) stands at (0, 1, 0), and w = 2 z moves it to -x.
+  // Rotated by 90 degrees about z: (1, 0, 0) is at (0, 1, 0), and w = 2 z moves it along -x.
   const moving = v.pointVelocity([0.5, 0, 0], [0, 0, 2], [Math.SQRT1_2, 0, 0, Math.SQRT1_2], [1, 0, 0]);
   [-1.5, 0, 0].forEach((expected, i) => near(moving[i], expected, 1e-12));
 });
@@ -46,13 +46,13 @@ test("differences of two runs keep the jumps of both", () => {
 });
 
 test("at an impact with four samples the states before and after are compared separately", () => {
-  // The last of the approach, the first and last of the contact, the first of what follows: today's third was compared
-  // with what is before.
+  // The last of the approach, the first and last of the contact, the first of the next phase. Earlier versions compared
+  // the third one with the state before the impact.
   const time = [0, 20, 20, 20, 20, 30];
   const a = { time, values: [0, 1, 1, 1.5, 1.5, 2], ranks: [0, 0, 0, 1, 1, 0] };
   const b = { time, values: [0, 1.25, 1.25, 1.75, 1.75, 2.25], ranks: [0, 0, 0, 1, 1, 0] };
   assert.deepEqual([...v.difference(a, b)], [0, 0.25, 0.25, 0.25, 0.25, 0.25]);
-  // Impacts whose times differ by rounding are one instant; a brake makes a third state.
+  // Impacts whose times differ by rounding errors are one instant; a brake is a third state.
   const late = { time: [0, 20.000000001, 20.000000001, 20.000000001, 30], values: [0, 1, 5, 7, 7] };
   assert.deepEqual([...v.difference(a, late)], [0, 0, 0, 5.5, 5.5, 5]);
 });
@@ -132,13 +132,13 @@ test("series of the wrong length are refused", () => {
 
 test("a clock stays within its run", () => {
   const clock = new v.Clock(0, 10);
-  let told = 0;
-  const end = clock.listen(() => ++told);
+  let notified = 0;
+  const end = clock.listen(() => ++notified);
   clock.time = 99;
   assert.equal(clock.time, 10);
   clock.time = NaN;
   assert.equal(clock.time, 0);
   end();
   clock.time = 5;
-  assert.equal(told, 2);
+  assert.equal(notified, 2);
 });

@@ -1,5 +1,5 @@
-// Reports as people open them: every kind opens without an error and without a request, the replay moves, plots and
-// replay share one instant, and what is drawn is what summary.json says.
+// Reports in a browser: every kind opens without errors and requests, the replay moves, plots and replay share one
+// instant, and the drawing agrees with summary.json.
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
@@ -16,7 +16,7 @@ after(async () => {
 });
 
 const made = new Map();
-// Result folders, each made once: name -> folder.
+// Result folders, each created once: name -> folder.
 function result(name, args, codes) {
   if (!made.has(name)) {
     const out = path.join(folder, name);
@@ -26,7 +26,7 @@ function result(name, args, codes) {
   return made.get(name);
 }
 const openLoop = () => result("open-loop", ["run", scenario("thesis/open-loop-case-1.yaml")]);
-// The first open-loop case without impact and what follows.
+// The first open-loop case without impact and post-impact motion.
 function approachAlone() {
   const file = path.join(folder, "approach.yaml");
   const text = readFileSync(scenario("thesis/open-loop-case-1.yaml"), "utf8")
@@ -73,7 +73,7 @@ const comparison = () => {
 };
 const reportOf = (out) => path.join(out, "report.html");
 
-// What the replay shows at the end against summary.json.
+// Compares the end of the replay with summary.json.
 async function lastPoseIsThatOfTheSummary(page, out) {
   const summary = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8"));
   await page.evaluate(() => (window.__grapnel.clock.time = window.__grapnel.clock.end));
@@ -110,7 +110,7 @@ describe("every kind of report opens without errors and requests, and runs end a
       await scrollThrough(page);
       assert.deepEqual(faults, []);
       assert.equal(await page.locator(".fault").count(), 0);
-      // No section gave up.
+      // No section failed.
       assert.equal(await page.getByText("cannot be shown").count(), 0);
       if (followed.includes(name)) await lastPoseIsThatOfTheSummary(page, kinds[name]());
       if (["a sweep", "an optimization"].includes(name)) assert.deepEqual(await axeFaults(page), []);
@@ -201,7 +201,7 @@ describe("replay and plots share an instant", () => {
     });
     const time = await page.evaluate(() => window.__grapnel.clock.time);
     assert.ok(Math.abs(time - 35) < 0.5, `${time}`);
-    // Plots follow a little later.
+    // Plots are updated slightly later.
     await page.waitForFunction((now) => {
       const cursors = window.__grapnel.plots.map((plot) => plot.cursorTime()).filter((t) => t !== null);
       return cursors.length > 3 && cursors.every((cursor) => Math.abs(cursor - now) < 0.5);
@@ -362,14 +362,14 @@ describe("damage is reported, never a blank page", () => {
       else if (Array.isArray(value) && value.length > 0 && typeof value[0] === "object") walk(value[0], [...at, 0]);
     };
     walk(plain, []);
-    // One page, built again for every missing key.
+    // One page, rebuilt for every missing key.
     const { page, context, faults } = await open(browser, reportOf(openLoop()));
     const viewer = await page.evaluate(() => [...document.scripts].at(-1).textContent);
     await page.evaluate(`window.viewerAgain = function () {\n${viewer}\n}; undefined`); // compiled once for all pages
     const blank = await page.evaluate(async (all) => {
       const script = document.getElementById("grapnel-data");
       const whole = JSON.parse(script.textContent);
-      Object.assign(whole.runs[0], { series: null, scene: null }); // the replay knows nothing of the summary, and takes its time
+      Object.assign(whole.runs[0], { series: null, scene: null }); // the replay does not use the summary, and is slow
       const bad = [];
       for (const [number, at] of all.entries()) {
         for (const put of [undefined, number % 2 ? null : "text"]) {

@@ -1,15 +1,15 @@
-// What the pages of studies compute, without a browser: tables, filters, lines, cells, bins, extremes, neighbours, text.
+// Computations of study pages, without a browser: tables, filters, lines, cells, bins, extremes, neighbours, text.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
 import { bundle } from "./bundle.mjs";
 
-let s; // all that the modules export
+let s; // all exports of the modules
 before(async () => {
   const names = ["field", "choice", "filter", "shape", "csv", "search", "describe", "parallel_layout", "state"];
   s = await bundle(names.map((name) => `study/${name}`));
 });
 
-// 2 motions x 3 angles x 4 speeds; point 5 cannot be reached.
+// 2 motions x 3 angles x 4 speeds; point 5 is unreachable.
 function sweep() {
   const [motion, angle, speed, impulses, others] = [[], [], [], [], []];
   for (let m = 0; m < 2; ++m)
@@ -96,28 +96,28 @@ test("cells go half-way to their neighbours", () => {
 test("filters by range, status and text select the matching points", () => {
   const table = s.sweepTable(sweep());
   const state = new s.StudyState(table);
-  let told = 0;
-  state.listenFilter(() => ++told);
+  let notified = 0;
+  state.listenFilter(() => ++notified);
   const angle = table.axes[1];
   state.setRange(angle.key, { field: angle, from: 20, to: 40 });
-  assert.equal(state.keptCount, 8);
+  assert.equal(state.passingCount, 8);
   state.setFilter({ text: "A, \"B" });
-  assert.equal(state.keptCount, 4);
+  assert.equal(state.passingCount, 4);
   state.setFilter({ text: "too far" });
-  assert.deepEqual([state.keptCount, state.kept[5]], [1, 1]);
+  assert.deepEqual([state.passingCount, state.passing[5]], [1, 1]);
   state.setFilter({ text: "", status: "ok" });
-  assert.equal(state.keptCount, 7);
+  assert.equal(state.passingCount, 7);
   state.setRange(angle.key, null);
-  assert.deepEqual([state.keptCount, told], [23, 5]);
+  assert.deepEqual([state.passingCount, notified], [23, 5]);
   state.select(99);
   assert.equal(state.selected, null, "there is no such point");
 });
 
 test("ordered points: those without a number last, in both directions", () => {
   const table = s.sweepTable(sweep());
-  const kept = new Uint8Array(table.size).fill(1);
+  const passing = new Uint8Array(table.size).fill(1);
   for (const descending of [false, true]) {
-    const order = s.orderedPoints(table, kept, { field: table.find("grasps/tip-1/impulse_magnitude"), descending });
+    const order = s.orderedPoints(table, passing, { field: table.find("grasps/tip-1/impulse_magnitude"), descending });
     assert.equal(order.length, 24);
     assert.equal(order[23], 5);
     assert.equal(order[0], descending ? 15 : 0);
@@ -126,12 +126,12 @@ test("ordered points: those without a number last, in both directions", () => {
 
 test("every number is in one bin, also on bounds and when all are the same", () => {
   const table = s.sweepTable(sweep());
-  const kept = new Uint8Array(table.size).fill(1);
-  kept[0] = 0;
+  const passing = new Uint8Array(table.size).fill(1);
+  passing[0] = 0;
   for (const field of table.fields) {
-    const { bins, missing } = s.binsOf(field, kept);
+    const { bins, missing } = s.binsOf(field, passing);
     assert.equal(bins.reduce((sum, b) => sum + b.all, 0) + missing, 24, field.name);
-    for (const bin of bins) assert.ok(bin.to > bin.from && bin.kept <= bin.all);
+    for (const bin of bins) assert.ok(bin.to > bin.from && bin.passing <= bin.all);
   }
 });
 

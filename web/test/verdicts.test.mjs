@@ -1,11 +1,11 @@
-// What the page says first, without a browser: three answers to each question, and where validity ends.
+// The page's verdicts, without a browser: three answers to each question, and the limit of validity.
 import assert from "node:assert/strict";
 import { before, test } from "node:test";
 import { bundle } from "./bundle.mjs";
 
 let v;
 before(async () => {
-  globalThis.ResizeObserver ??= class {}; // tables watch their sizes
+  globalThis.ResizeObserver ??= class {}; // tables observe their sizes
   v = await bundle(["page/verdict", "plots/phases", "colors"]);
 });
 
@@ -17,9 +17,9 @@ test("a capture without an envelope is assumed, with its gap", () => {
   const assumed = answer(capture("assumed"), "Capture");
   assert.equal(assumed.tone, "warn");
   assert.match(assumed.word, /Assumed/);
-  assert.match(assumed.said, /gap 0\.106\u00a0?\s?m/);
-  assert.match(assumed.said, /No capture envelope is given for tip/);
-  assert.match(answer(capture("assumed", { target_moved: 0.106 }), "Capture").said, /closed by moving debris by 0\.106/);
+  assert.match(assumed.explanation, /gap 0\.106\u00a0?\s?m/);
+  assert.match(assumed.explanation, /No capture envelope is given for tip/);
+  assert.match(answer(capture("assumed", { target_moved: 0.106 }), "Capture").explanation, /closed by moving debris by 0\.106/);
   assert.equal(answer(capture("yes"), "Capture").tone, "good");
   assert.equal(answer(capture("no"), "Capture").tone, "bad");
   assert.equal(answer(capture(true), "Capture").tone, "good"); // grapnel-summary/1
@@ -39,7 +39,7 @@ test("unchecked runs are neither feasible nor infeasible", () => {
     "Feasibility",
   );
   assert.equal(unseen.word, "Not checked");
-  assert.match(unseen.said, /switched off/);
+  assert.match(unseen.explanation, /switched off/);
   assert.equal(answer(watched("yes", row(true), { verdict: "yes", sentence: "feasible: yes, clearance is kept" }), "Feasibility").tone, "good");
   assert.equal(answer(watched(true, row(true, { applies: false })), "Feasibility").word, "Not checked"); // grapnel-summary/1
 });
@@ -48,8 +48,8 @@ test("the first overlap is reported first", () => {
   const sentence = "feasible: NO, valid until 35.46 s: base and debris overlap from then on (post_impact)";
   const bad = answer(watched("no", row(false), { verdict: "no", sentence, by_phase: [], valid_until: 35.46 }), "Feasibility");
   assert.equal(bad.tone, "bad");
-  assert.match(bad.said, /^Valid until 35\.46 s: base and debris overlap/);
-  // After a capture that came before it, the capture stands; one that came later is beyond validity.
+  assert.match(bad.explanation, /^Valid until 35\.46 s: base and debris overlap/);
+  // A capture before the overlap remains valid; a later one is beyond validity.
   const late = capture("yes");
   late.feasibility = { valid_until: 12 };
   assert.equal(answer(late, "Capture").tone, "warn");
@@ -70,16 +70,16 @@ test("loads and control: negative findings are reported first", () => {
   assert.equal(of({ loads: [load(0.2)] }).tone, "good");
   const exceeded = of({ loads: [load(-2.137), load(0.2)] });
   assert.equal(exceeded.tone, "bad");
-  assert.match(exceeded.said, /^Ratings exceeded: elbow \(force\)\.$/);
-  // A drive at its effort limit is saturated, and exceeds nothing.
+  assert.match(exceeded.explanation, /^Ratings exceeded: elbow \(force\)\.$/);
+  // A drive at its effort limit is saturated, and exceeds no limit.
   const saturation = [{ actuator: "wheel", name: "wheel-1", quantity: "rate", limit: 418.88, first_time: 10, duration: 52, share: 0.44, at_end: true }];
   const saturated = of({ loads: [load(0, "driving")], saturation });
   assert.equal(saturated.tone, "warn");
-  assert.match(saturated.said, /wheel wheel-1, rate, for 52\s?s \(44\s?%\), first at 10\s?s, and at the end/);
+  assert.match(saturated.explanation, /wheel wheel-1, rate, for 52\s?s \(44\s?%\), first at 10\s?s, and at the end/);
   const stability = [{ phase: "post_impact", verdict: "unstable", reason: "the oscillation grows", of: "base x", period: 0.4, amplitude_before: 0.1, amplitude_after: 0.3, saturated_share: 0 }];
   const unstable = of({ saturation, stability });
   assert.equal(unstable.word, "Unstable");
-  assert.match(unstable.said, /base x oscillates with a period of 0\.4/);
+  assert.match(unstable.explanation, /base x oscillates with a period of 0\.4/);
   const rest = { at_rest: false, time: null, angular_velocity: 0.02, angular_velocity_limit: 0.01, joint: "", joint_rate: 0, joint_rate_limit: null };
   assert.equal(of({ post_impact: { at_rest: rest } }).word, "Not at rest");
   const stable = [{ ...stability[0], verdict: "stable" }];

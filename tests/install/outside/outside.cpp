@@ -1,4 +1,4 @@
-// Runs a scenario on the installed library, which is all that it knows of Grapnel.
+// Runs a scenario with the installed library only.
 #include "public_headers.hpp"
 
 #include <iostream>

@@ -3,7 +3,7 @@
 
 #include "grapnel/spatial/pose.hpp"
 
-// Three turns by a third of a circle are none.
+// Three rotations by 120 deg are the identity.
 int main() {
   const grapnel::Rotationd third = grapnel::rotation_about({0, 0, 1}, 2 * std::acos(-1.0) / 3);
   const grapnel::Vector3d p = third * (third * (third * grapnel::Vector3d{1, 2, 3}));

@@ -1,4 +1,4 @@
-// How an output spreads along an input: quantiles of y among neighbours in x. No DOM.
+// The distribution of an output along an input: quantiles of y among neighbours in x. No DOM.
 
 export interface Band {
   x: number; // median of the neighbours' x
@@ -8,12 +8,12 @@ export interface Band {
   count: number;
 }
 
-const kLeastNeighbours = 40; // whose 5 % quantile is worth drawing
+const kMinNeighbours = 40; // minimum for a meaningful 5 % quantile
 
-// Points are put into groups of equal number by x; quantiles 0.05, 0.5, 0.95 of each. Fewer than two groups: none.
+// Groups points by x into groups of equal size; quantiles 0.05, 0.5, 0.95 of each. Fewer than two groups: none.
 export function quantileBands(x: ArrayLike<number>, y: ArrayLike<number>, points: number[], most = 24): Band[] {
   const order = points.filter((k) => Number.isFinite(x[k]) && Number.isFinite(y[k])).sort((a, b) => x[a] - x[b] || a - b);
-  const groups = Math.min(most, Math.floor(order.length / kLeastNeighbours));
+  const groups = Math.min(most, Math.floor(order.length / kMinNeighbours));
   if (groups < 3) return [];
   const bands: Band[] = [];
   for (let g = 0; g < groups; ++g) {
@@ -25,7 +25,7 @@ export function quantileBands(x: ArrayLike<number>, y: ArrayLike<number>, points
   return bands;
 }
 
-// Of sorted numbers, between order statistics (Hyndman and Fan's type 7).
+// Quantile of sorted numbers, interpolated between order statistics (Hyndman and Fan's type 7).
 export function quantile(sorted: ArrayLike<number>, p: number): number {
   if (sorted.length === 0) return NaN;
   const at = p * (sorted.length - 1);

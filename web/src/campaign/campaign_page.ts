@@ -69,13 +69,13 @@ function successMapOrNote(model: CampaignModel, name: string, state: StudyState)
   return card ?? emptyCard("The design's axes have no values to draw over.");
 }
 
-function emptyCard(said: string): HTMLElement {
-  return element("section", { class: "card st-card" }, element("p", { class: "st-note" }, said));
+function emptyCard(message: string): HTMLElement {
+  return element("section", { class: "card st-card" }, element("p", { class: "st-note" }, message));
 }
 
 function remark(sample: Sample, row: number): string {
-  const said = kSuccessLabels[sample.success[row]];
-  return `${said[0].toUpperCase()}${said.slice(1)}.${sample.drawn[row] ? "" : " Not of the even sample: it is here because it failed, or is among the worst."}`;
+  const outcome = kSuccessLabels[sample.success[row]];
+  return `${outcome[0].toUpperCase()}${outcome.slice(1)}.${sample.drawn[row] ? "" : " Not of the even sample: it is here because it failed, or is among the worst."}`;
 }
 
 // The worst case of the first list, else the first without success, else the first.
@@ -91,13 +91,13 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
   const p = model.success;
   const lost = model.counts.filter((c) => c.status !== "ok" && c.count > 0);
   const partial = model.rows < model.total;
-  const [verdict, said] = model.successMap ? successMapVerdict(model, model.successMap) : verdictOf(model, p);
+  const [verdict, explanation] = model.successMap ? successMapVerdict(model, model.successMap) : verdictOf(model, p);
   const head = header({
     kind: model.successMap ? "Success map" : "Campaign",
     title: data.title,
     verdict,
     tone: "none",
-    said,
+    explanation,
     tiles: tiles(model),
     facts: [
       `${plural(model.rows, "case")}`,

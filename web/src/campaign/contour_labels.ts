@@ -1,4 +1,4 @@
-// Positions of labels on the lines of a map, and the numbers that they replace, without overlaps. No DOM; pixels.
+// Positions of contour labels on a map, and the cell numbers that they hide, without overlaps. No DOM; pixels.
 
 export type Place = [number, number];
 
@@ -21,13 +21,13 @@ export interface LineLabel {
   box: Box;
 }
 
-const kLeast = 44; // minimum length of a labelled line [px]
+const kMinLength = 44; // minimum length of a labelled line [px]
 const kHeight = 15;
 
-// A name on every line that is long enough and has a free place inside `frame`, longest lines first: clear of all other
-// names, and if possible of the other lines.
+// Labels every sufficiently long line with a free place inside `frame`, longest lines first. Labels do not overlap each
+// other, and avoid other lines if possible.
 export function placeLabels(lines: NamedLine[], frame: Box): LineLabel[] {
-  const order = [...lines].filter((l) => lengthOf(l.points) >= kLeast).sort((a, b) => lengthOf(b.points) - lengthOf(a.points));
+  const order = [...lines].filter((l) => lengthOf(l.points) >= kMinLength).sort((a, b) => lengthOf(b.points) - lengthOf(a.points));
   const placed: LineLabel[] = [];
   for (const line of order) {
     const others = lines.filter((l) => l !== line);
@@ -38,7 +38,7 @@ export function placeLabels(lines: NamedLine[], frame: Box): LineLabel[] {
   return placed;
 }
 
-// Along the line, from its middle outward.
+// Candidate positions along the line, from its middle outwards.
 function candidates(line: NamedLine, frame: Box): LineLabel[] {
   const width = 7 * line.text.length + 8;
   const made: LineLabel[] = [];
@@ -54,12 +54,12 @@ export function overlap(a: Box, b: Box): boolean {
   return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
-// Whether a line comes into a box.
+// Whether a line intersects a box.
 export function crosses(points: Place[], box: Box): boolean {
   return points.some((p, k) => k > 0 && segmentCrosses(points[k - 1], p, box));
 }
 
-// Clipping after Liang and Barsky (1984).
+// Clipping by the Liang-Barsky algorithm (1984).
 function segmentCrosses([x0, y0]: Place, [x1, y1]: Place, box: Box): boolean {
   let [from, to] = [0, 1];
   const clips: Place[] = [[x0 - x1, x0 - box.left], [x1 - x0, box.right - x0], [y0 - y1, y0 - box.top], [y1 - y0, box.bottom - y0]];
@@ -75,7 +75,7 @@ export function lengthOf(points: Place[]): number {
   return points.reduce((sum, [x, y], k) => (k > 0 ? sum + Math.hypot(x - points[k - 1][0], y - points[k - 1][1]) : 0), 0);
 }
 
-// The place at a share of a line's length.
+// The point at a fraction of a line's length.
 function along(points: Place[], share: number): Place {
   let left = share * lengthOf(points);
   for (let k = 1; k < points.length; ++k) {

@@ -1,5 +1,5 @@
-// Lines along which a quantity on a grid has a value: marching squares, with straight lines within cells. Works on grids
-// of uneven steps; a cell with an unknown corner has no line. No DOM.
+// Contour lines of a quantity on a grid: marching squares, with straight lines within cells. Supports non-uniform
+// grids; a cell with an unknown corner has no line. No DOM.
 
 export type Segment = [number, number, number, number]; // x1, y1, x2, y2
 
@@ -15,7 +15,8 @@ export function contourSegments(x: number[], y: number[], values: number[][], le
   return segments;
 }
 
-// Corners counter-clockwise from the least x and y. Where two lines cross a cell, the middle decides how they go.
+// Corners counter-clockwise from the minimum of x and y. If two lines cross a cell, the mean value determines their
+// connection.
 function cellSegments(x: [number, number], y: [number, number], v: number[], level: number): Segment[] {
   const places: [number, number][] = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
   const above = v.map((value) => value >= level);
@@ -24,7 +25,8 @@ function cellSegments(x: [number, number], y: [number, number], v: number[], lev
   for (let e = 0; e < 4; ++e) {
     const f = (e + 1) % 4;
     if (above[e] === above[f]) continue;
-    // From the lower corner to the upper one in both cells that share the edge, so that their lines end at the very same place.
+    // Interpolates from the lower to the upper corner in both cells that share the edge, so that their lines end at
+    // identical points.
     const [a, b] = e < 2 ? [e, f] : [f, e];
     const part = (level - v[a]) / (v[b] - v[a]);
     crossings.push([places[a][0] + part * (places[b][0] - places[a][0]), places[a][1] + part * (places[b][1] - places[a][1])]);
@@ -34,11 +36,11 @@ function cellSegments(x: [number, number], y: [number, number], v: number[], lev
   if (crossings.length === 2) return [join(0, 1)];
   if (crossings.length < 4) return [];
   const middle = (v[0] + v[1] + v[2] + v[3]) / 4 >= level;
-  // Lines cut off the corners that are unlike the middle.
+  // Lines separate the corners that differ from the mean.
   return above[0] === middle ? [join(0, 1), join(2, 3)] : [join(3, 0), join(1, 2)];
 }
 
-// Segments joined end to end.
+// Joins segments end to end.
 export function joined(segments: Segment[]): [number, number][][] {
   const key = (x: number, y: number): string => `${x},${y}`;
   const ends = new Map<string, number[]>();

@@ -1,4 +1,4 @@
-// The distribution function of a column, from what is known of all rows: counts of bins, and quantiles. No DOM.
+// The distribution function of a column over all rows, from bin counts and quantiles. No DOM.
 import type { Described } from "./model";
 
 export interface CumulativePoint {
@@ -6,7 +6,7 @@ export interface CumulativePoint {
   share: number; // of numbers up to `value`
 }
 
-// Exact at the bins' edges, at the quantiles and at both ends; between them it is not known, and drawn straight.
+// Exact at the bins' edges, at the quantiles and at both ends; linear in between.
 export function cumulative(of: Described): CumulativePoint[] {
   const points: CumulativePoint[] = [];
   const add = (value: number, share: number): void => {
@@ -27,14 +27,14 @@ export function cumulative(of: Described): CumulativePoint[] {
   if (of.count > 0) add(of.largest, 1);
   for (const q of of.quantiles) add(q.value, q.probability);
   points.sort((a, b) => a.value - b.value || a.share - b.share);
-  // Both sources agree up to a case; the line must not fall.
+  // The sources agree to within one case; the result must be nondecreasing.
   let most = 0;
   for (const p of points) p.share = most = Math.max(most, p.share);
   return points;
 }
 
-// Half-width of the band that holds the whole true distribution function with probability `confidence`, of independent
-// draws: Dvoretzky, Kiefer and Wolfowitz with Massart's constant (1990).
+// Half-width of the confidence band of the whole distribution function at level `confidence`, for independent draws:
+// Dvoretzky, Kiefer and Wolfowitz with Massart's constant (1990).
 export function bandWidth(count: number, confidence: number): number {
   return count > 0 ? Math.min(1, Math.sqrt(Math.log(2 / (1 - confidence)) / (2 * count))) : 1;
 }

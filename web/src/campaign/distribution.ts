@@ -1,4 +1,5 @@
-// How a column is distributed over all cases: histogram or distribution function, with quantiles and the criteria's limits.
+// The distribution of a column over all cases: histogram or distribution function, with quantiles and the criteria's
+// limits.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
 import { css, lineColor, onThemeChange } from "../plots/theme_colors";
@@ -128,7 +129,7 @@ export class DistributionChart {
     return plot;
   }
 
-  // Quantiles and limits as lines, named above the frame; names that would lie on each other are left to the legend.
+  // Quantiles and limits as lines, named above the frame; names that would overlap appear in the legend only.
   private lines(domain: [number, number], limits: Limit[]): Plot.Markish[] {
     const ink = css("--ink");
     const marks = quantileMarks(this.of).filter((m) => m.value >= domain[0] && m.value <= domain[1]);
@@ -161,13 +162,13 @@ interface Bin {
   from: number;
   to: number;
   count: number;
-  successes: number; // of them; all where that is not known
+  successes: number; // all if not known
 }
 
 export function binsOf(of: Described): Bin[] {
   const { histogram } = of;
   if (!histogram || histogram.counts.length === 0) return [];
-  const flat = !(histogram.end > histogram.begin); // all the same
+  const flat = !(histogram.end > histogram.begin); // all values are equal
   const half = flat ? Math.abs(histogram.begin) * 0.05 || 0.5 : 0;
   const [begin, end] = [histogram.begin - half, histogram.end + half];
   const n = flat ? 1 : histogram.counts.length;
@@ -181,7 +182,7 @@ function quantileMarks(of: Described): Mark[] {
   return of.quantiles.filter((q) => Number.isFinite(q.value)).map((q) => ({ value: q.value, text: String(Number(q.probability.toPrecision(6))) }));
 }
 
-// All bins, and a limit that is not far outside.
+// All bins, and limits close to them.
 function domainOf(begin: number, end: number, limits: Limit[]): [number, number] {
   const half = end > begin ? 0 : Math.abs(begin) * 0.05 || 0.5;
   let [low, high] = [begin - half, end + half];
@@ -201,7 +202,7 @@ export function summary(of: Described): string {
   return parts.filter(Boolean).join(" ");
 }
 
-// With intervals, where the sample is large enough for them. `upright`: a quantile per row, for narrow screens.
+// With intervals for sufficiently large samples. `upright`: one quantile per row, for narrow screens.
 function quantileTable(of: Described, confidence: number, upright: boolean): HTMLElement[] {
   const known = of.quantiles.filter((q) => Number.isFinite(q.value));
   if (known.length === 0) return [];
@@ -227,9 +228,9 @@ function axisName(of: Described, width: number): string {
   return label(shortened(of.name, letters - of.unit.length - 3), of.unit);
 }
 
-function pointAlong(plot: SVGSVGElement, say: (px: number) => string[] | null): void {
+function pointAlong(plot: SVGSVGElement, linesAt: (px: number) => string[] | null): void {
   plot.addEventListener("pointermove", (event) => {
-    const lines = say(event.clientX - plot.getBoundingClientRect().left);
+    const lines = linesAt(event.clientX - plot.getBoundingClientRect().left);
     if (lines) showTooltip(lines, event.clientX, event.clientY);
     else hideTooltip();
   });

@@ -33,10 +33,10 @@ export class InfluenceChart {
     study: string,
   ) {
     const all = model.sensitivities;
-    this.of = all.find((s) => s.output === "success" && tells(s)) ?? all.find(tells) ?? all[0];
+    this.of = all.find((s) => s.output === "success" && isInformative(s)) ?? all.find(isInformative) ?? all[0];
     this.card = chartCard({ id: "influence", title: "What matters", study, csv: () => csv(this.of, this.grouped) });
-    const tells_more = model.groups.some((g) => g.design || g.inputs.length > 1);
-    this.grouped = tells_more && all.some((s) => s.groups.length > 0);
+    const hasGroups = model.groups.some((g) => g.design || g.inputs.length > 1);
+    this.grouped = hasGroups && all.some((s) => s.groups.length > 0);
     this.card.controls.append(
       select("Output", all.map((s, k) => ({ value: String(k), text: s.of === "criterion" ? `criterion: ${s.output}` : s.output })), String(all.indexOf(this.of)), (k) => ((this.of = all[Number(k)] ?? this.of), this.draw())),
       ...(this.grouped ? [toggle("grouped", true, (on) => ((this.grouped = on), this.draw()))] : []),
@@ -55,8 +55,8 @@ export class InfluenceChart {
     this.card.note.textContent = note(of, shown, this.model.measuresLeftOut);
     const rows = sorted(shown);
     this.card.setLegend([]);
-    if (!tells(of)) return this.card.body.replaceChildren(element("p", { class: "st-note" }, `${of.output} is the same in all cases: no input has an influence.`));
-    // Side by side, the same rows at the same heights; names stand above the bars where beside them there is no room.
+    if (!isInformative(of)) return this.card.body.replaceChildren(element("p", { class: "st-note" }, `${of.output} is the same in all cases: no input has an influence.`));
+    // Two panels side by side with equal rows; names are above the bars if there is no space beside them.
     const [beside, roomy] = [width >= 560, width >= 860];
     const names = roomy ? Math.min(290, 24 + 6.8 * Math.max(...rows.map((r) => r.input.length))) : 0;
     const rest = width - kGap - names;
@@ -78,7 +78,7 @@ export class InfluenceChart {
 
   private panel(title: string, plot: SVGSVGElement, width: number): HTMLElement {
     const made = element("figure", { class: "st-panel", "data-panel-title": shortened(title, Math.floor(width / 6.4)) }, element("figcaption", {}, title), plot);
-    made.style.width = `${width}px`; // else a long title would push the second panel below the first
+    made.style.width = `${width}px`; // a long title would otherwise push the second panel below the first
     return made;
   }
 
@@ -90,7 +90,7 @@ export class InfluenceChart {
       x: { grid: true, labelAnchor: "center", labelArrow: "none", ...x, domain },
       y: { type: "band", domain: rows.map((r) => r.input), axis: null, padding: 0 },
       marks: [
-        Plot.barX(rows.filter((_, k) => k % 2 === 0), { x1: domain[0], x2: domain[1], y: "input", fill: ink, fillOpacity: 0.045 }), // leads the eye across
+        Plot.barX(rows.filter((_, k) => k % 2 === 0), { x1: domain[0], x2: domain[1], y: "input", fill: ink, fillOpacity: 0.045 }), // guides the eye along a row
         ...marks,
         ...namesOf(rows, place, ink),
       ],
@@ -111,8 +111,8 @@ export class InfluenceChart {
       Plot.link(known, { x1: (r: Influence) => r.firstOrder - error(r), x2: (r: Influence) => r.firstOrder + error(r), y1: "input", y2: "input", dy: above ? 8 : 0, stroke: css("--ink"), strokeWidth: 1.5 }),
       Plot.ruleX([0], { stroke: "currentColor" }),
     ];
-    const said = rows.map((r) => `${r.input} ${number(r.firstOrder, 3)} ± ${number(r.error, 2)}`).join(", ");
-    return this.frame(rows, place, { label: "first-order Sobol index", ticks: Math.max(3, (place.width - place.left) / 80) }, domain, marks, `First-order Sobol indices of ${this.of.output}: ${said}`);
+    const values = rows.map((r) => `${r.input} ${number(r.firstOrder, 3)} ± ${number(r.error, 2)}`).join(", ");
+    return this.frame(rows, place, { label: "first-order Sobol index", ticks: Math.max(3, (place.width - place.left) / 80) }, domain, marks, `First-order Sobol indices of ${this.of.output}: ${values}`);
   }
 
   private ranks(rows: Influence[], place: Place): SVGSVGElement {
@@ -123,12 +123,12 @@ export class InfluenceChart {
       Plot.ruleX([0], { stroke: "currentColor" }),
     ];
     const ticks = [-end, -end / 2, 0, end / 2, end];
-    const said = rows.map((r) => `${r.input} ${number(r.rank, 2)}`).join(", ");
-    return this.frame(rows, place, { label: "Spearman's rank correlation", ticks, tickFormat: (v: number) => number(v, 3) }, [-end, end], marks, `Rank correlations with ${this.of.output}: ${said}`);
+    const values = rows.map((r) => `${r.input} ${number(r.rank, 2)}`).join(", ");
+    return this.frame(rows, place, { label: "Spearman's rank correlation", ticks, tickFormat: (v: number) => number(v, 3) }, [-end, end], marks, `Rank correlations with ${this.of.output}: ${values}`);
   }
 }
 
-// Where a panel's names stand: left of the bars, above each, or across zero from it.
+// Position of a panel's names: left of the bars, above each, or on the other side of zero.
 interface Place {
   width: number;
   left: number; // its margin
@@ -157,7 +157,7 @@ function namesOf(rows: Influence[], place: Place, ink: string): Plot.Markish[] {
   return [true, false].map((side) => Plot.text(rows.filter((r) => left(r) === side), { x: 0, y: "input", textAnchor: side ? "end" : "start", dx: side ? -6 : 6, text, fontSize: 11.5, ...halo }));
 }
 
-// The axis of correlations: symmetric, as far as they reach.
+// The axis of correlations: symmetric, up to the largest.
 function rankEnd(known: Influence[]): number {
   const most = Math.max(0, ...known.map((r) => Math.abs(r.rank)));
   return [0.1, 0.2, 0.4, 0.6, 0.8].find((end) => end >= most) ?? 1;
@@ -168,7 +168,7 @@ function error(r: Influence): number {
   return Number.isFinite(r.error) ? 2 * r.error : 0;
 }
 
-function tells(s: Sensitivity): boolean {
+function isInformative(s: Sensitivity): boolean {
   return s.influences.some((i) => Number.isFinite(i.firstOrder) || Number.isFinite(i.rank));
 }
 
@@ -191,7 +191,7 @@ function note(s: Sensitivity, shown: Influence[], leftOut: number): string {
   return parts.filter(Boolean).join(" ");
 }
 
-// Of independent inputs the sum is 1 at most; estimates of many small ones add up their errors.
+// For independent inputs the sum is at most 1; the estimates of many small ones accumulate errors.
 function sumInWords(sum: number): string {
   if (sum > 1.2) return "more than 1, so inputs are correlated";
   return sum > 0.9 ? "inputs act independently" : `the other ${number(1 - sum, 2)} of the variance is due to interactions, or to influences that are not drawn`;

@@ -14,7 +14,7 @@ import type { CampaignModel, Described, Group } from "./model";
 import { kSuccessColors } from "./sample";
 import { interval, percent, probability, tickOf } from "./words";
 
-const kLeast = 250; // [px] of a panel
+const kMinPanelWidth = 250; // [px] of a panel
 
 export class InputsChart {
   readonly card: ChartCard;
@@ -40,9 +40,9 @@ export class InputsChart {
 
   private draw(): void {
     const shown = this.model.inputs.filter((d) => d.histogram);
-    const columns = columnsFor(shown.length, this.width, kLeast);
+    const columns = columnsFor(shown.length, this.width, kMinPanelWidth);
     const width = Math.floor((this.width - 16 * (columns - 1)) / columns);
-    const low = leastSuccess(shown);
+    const low = lowestSuccess(shown);
     this.card.body.replaceChildren(element("div", { class: "st-panels cp-inputs" }, ...shown.map((d) => this.panel(d, width, low))));
     this.card.setLegend([
       { color: lineColor(kSuccessColors[1]), text: "success", shape: "dot" },
@@ -65,7 +65,7 @@ export class InputsChart {
     const inset = { insetLeft: 0.5, insetRight: 0.5 };
     const plot = Plot.plot({
       width, height: shared ? 122 : 134, marginLeft: 46, marginRight: 12, marginTop: 24, marginBottom: shared ? 10 : 22, style: kStyle,
-      x: { domain: [bins[0].from, bins[bins.length - 1].to], label: null, ticks: Math.max(2, width / 90), ...tickOf(furthest(bins)), ...(shared ? { tickFormat: () => "" } : {}) }, // numbers stand below the second picture
+      x: { domain: [bins[0].from, bins[bins.length - 1].to], label: null, ticks: Math.max(2, width / 90), ...tickOf(furthest(bins)), ...(shared ? { tickFormat: () => "" } : {}) }, // the second picture has the numbers
       y: { label: "cases", labelArrow: "none", grid: true, ticks: 3, tickFormat: short },
       marks: [
         Plot.rectY(bins, { x1: "from", x2: "to", y1: 0, y2: "successes", fill: good, ...inset }),
@@ -115,8 +115,8 @@ function short(count: number): string {
   return count >= 1e4 ? `${count / 1e3}k` : counted(count);
 }
 
-// All panels have one axis, from a little below the least.
-function leastSuccess(inputs: Described[]): number {
+// All panels share one axis, from slightly below the minimum.
+function lowestSuccess(inputs: Described[]): number {
   const least = Math.min(1, ...inputs.flatMap((d) => d.successBy.map((g) => g.lower)));
   return Math.max(0, Math.floor(least * 20 - 0.5) / 20);
 }
@@ -126,10 +126,10 @@ function describe(plot: SVGSVGElement, text: string): void {
   plot.setAttribute("aria-label", text);
 }
 
-function pointAlong(plot: SVGSVGElement & Plot.Plot, say: (value: number) => string[] | null): void {
+function pointAlong(plot: SVGSVGElement & Plot.Plot, linesAt: (value: number) => string[] | null): void {
   const x = plot.scale("x")!;
   plot.addEventListener("pointermove", (event) => {
-    const lines = say(x.invert!(event.clientX - plot.getBoundingClientRect().left));
+    const lines = linesAt(x.invert!(event.clientX - plot.getBoundingClientRect().left));
     if (lines) showTooltip(lines, event.clientX, event.clientY);
     else hideTooltip();
   });

@@ -1,5 +1,5 @@
-// Probabilities with their intervals: the campaign's success, and the share of each criterion alone, over one axis. If
-// all are close together the axis can be zoomed.
+// Probabilities with their intervals: the campaign's success, and the share of each criterion alone, on one axis. The
+// axis can be zoomed if all are close together.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
 import { css, lineColor, onThemeChange } from "../plots/theme_colors";
@@ -88,7 +88,7 @@ function rowsOf(model: CampaignModel): Row[] {
   const rows: Row[] = [{ ...model.success, key: "success", name: model.criteria.length > 1 ? "Success: all criteria hold" : "Success", detail: "", main: true }];
   const allOk = model.completed.successes === model.completed.trials;
   if (!allOk) rows.push({ ...model.completed, key: "completed", name: "The simulation completed", detail: "status ok", main: false });
-  const one = model.criteria.length === 1 && allOk; // says the same as the row above
+  const one = model.criteria.length === 1 && allOk; // repeats the row above
   model.criteria.forEach((c, k) => rows.push({ ...c, key: `criterion-${k}`, name: c.name, detail: c.text === c.name ? "" : c.text, main: false }));
   if (one) {
     rows[0].detail = rows[1].detail || rows[1].name;

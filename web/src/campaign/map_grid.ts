@@ -9,7 +9,7 @@ export function gridOf(successMap: SuccessMap): (MapPoint | undefined)[][] {
   return grid;
 }
 
-// Edges of the cells about values that increase: half-way to their neighbours.
+// Cell edges for increasing values: midpoints between neighbours.
 export function cellEdges(values: number[]): number[] {
   const n = values.length;
   if (n === 1) {

@@ -1,10 +1,10 @@
-// What the colours of a success map mean: upright beside the map, or flat below it on narrow screens.
+// The colour scale of a success map: vertical beside the map, or horizontal below it on narrow screens.
 import * as Plot from "@observablehq/plot";
 import { svgElement } from "../dom";
 import { css } from "../plots/theme_colors";
 import { kStyle } from "../study/scales";
 
-export const kRampWidth = 74; // of the upright one [px]
+export const kRampWidth = 74; // of the vertical scale [px]
 export const kProbabilityColor: Plot.ScaleOptions = { type: "linear", scheme: "viridis", domain: [0, 1] };
 
 const kSteps = 50;

@@ -1,4 +1,4 @@
-// What the pictures of a success map share: names and numbers of its points, its CSV, and the choice of a point.
+// Shared by the charts of a success map: names and numbers of its points, its CSV, and the selection of a point.
 import type * as Plot from "@observablehq/plot";
 import { columnHead, label, withUnit } from "../format";
 import { rowsToText } from "../study/csv";
@@ -17,7 +17,7 @@ function valueOf(a: MapAxis, k: number): string {
   return a.labels ? (a.labels[k] ?? "?") : withUnit(a.values[k], a.unit);
 }
 
-// An axis of the design on `pixels`, a tick at most every `each` of them, in a card of `width`.
+// An axis of the design over `pixels`, with at most one tick per `each` pixels, in a card of `width`.
 export function axisOf(a: MapAxis, pixels: number, domain: [number, number], each: number, width: number): Plot.ScaleOptions {
   const title = shortened(nameOf(a), Math.max(14, Math.floor((width - 90) / 6.6)));
   const few = a.values.length <= pixels / each;
@@ -26,7 +26,7 @@ export function axisOf(a: MapAxis, pixels: number, domain: [number, number], eac
   return { label: title, labelArrow: "none", labelAnchor: "center", domain, ticks: a.labels ? a.values : ticks, ...format };
 }
 
-// The point at value `at[a]` of each axis; undefined: it has no cases.
+// The description of the point at value `at[a]` of each axis; undefined: it has no cases.
 export function pointWords(model: CampaignModel, axes: MapAxis[], p: MapPoint | undefined, at: number[]): string[] {
   const where = axes.map((axis, a) => `${axis.name}: ${valueOf(axis, at[a])}`).reverse();
   if (!p || p.trials === 0) return [...where, "no cases"];
@@ -34,7 +34,7 @@ export function pointWords(model: CampaignModel, axes: MapAxis[], p: MapPoint | 
   return [`success ${probability(p.estimate)}`, `${percent(model.confidence)}: ${interval(p)}`, `${share(p)} cases`, ...fails, ...where];
 }
 
-// A point keeps its cases alone, in all charts and the table; the same point again lets all come back.
+// Selecting a point filters its cases in all charts and the table; selecting it again removes the filter.
 export function choosePoint(state: StudyState, places: { axis: MapAxis; edges: number[]; at: number }[]): void {
   const ranges = places.map(({ axis, edges, at }) => {
     const field = state.table.axes.find((f) => f.name === axis.name);
@@ -43,7 +43,7 @@ export function choosePoint(state: StudyState, places: { axis: MapAxis; edges: n
   if (ranges.some((r) => r === undefined)) return;
   const chosen = state.filter.ranges.filter((r) => ranges.some((one) => one!.field === r.field && one!.from === r.from && one!.to === r.to)).length === ranges.length;
   for (const r of ranges) state.setRange(r!.field.key, chosen ? null : r!);
-  const first = chosen ? -1 : state.kept.indexOf(1);
+  const first = chosen ? -1 : state.passing.indexOf(1);
   if (first >= 0) state.select(first);
 }
 

@@ -1,5 +1,5 @@
-// A campaign's statistics as its page needs them, from campaign.json (docs/formats/campaign.md). Whatever is missing
-// there is null or empty here. No DOM.
+// A campaign's statistics for its page, from campaign.json (docs/formats/campaign.md). Missing values are null or empty
+// here. No DOM.
 
 export interface Proportion {
   successes: number;
@@ -12,8 +12,8 @@ export interface Proportion {
 export interface CriterionResult extends Proportion {
   name: string;
   text: string; // the expression
-  onlyThis: number; // cases that fail this one alone; NaN: not known
-  notChecked: number; // cases in which a number that it reads does not exist
+  onlyThis: number; // cases that fail only this criterion; NaN: not known
+  notChecked: number; // cases in which a number that it reads is missing
   reads: string[]; // columns and inputs
 }
 
@@ -36,12 +36,12 @@ export interface Counts {
   begin: number;
   end: number; // bins of equal width between
   counts: number[];
-  successes: number[] | null; // of them
-  below: number; // numbers outside
+  successes: number[] | null; // successes per bin
+  below: number; // numbers outside the bins
   above: number;
 }
 
-// Success among cases whose input lies between two values.
+// Successes among cases whose input lies between two values.
 export interface Group extends Proportion {
   from: number;
   to: number;
@@ -77,17 +77,17 @@ export interface Sensitivity {
   count: number; // cases it was computed from
   influences: Influence[]; // per input
   groups: Influence[]; // per group of inputs and design axis; none: not known
-  unexplained: number; // share of the variance that goes with no group alone; NaN: not known
+  unexplained: number; // share of the variance explained by no group alone; NaN: not known
 }
 
-// Inputs that belong together; a design axis has none.
+// Inputs of one group; a design axis has none.
 export interface InputGroup {
   name: string;
   design: boolean;
   inputs: string[];
 }
 
-// How often a grasp missed, and by which tolerance.
+// How often a grasp failed, and because of which tolerance.
 export interface GraspCount {
   endEffector: string;
   captured: number;
@@ -127,7 +127,7 @@ export interface MapAxis {
 }
 
 export interface MapPoint extends Proportion {
-  at: number[]; // per axis: which value
+  at: number[]; // per axis: index of the value
   deciding: string; // the criterion that most cases fail; "": none fails, or not known
   unmet: { criterion: string; count: number }[];
 }
@@ -141,8 +141,8 @@ export interface CampaignModel {
   name: string;
   description: string;
   confidence: number;
-  total: number; // cases that were asked for
-  rows: number; // cases that there are
+  total: number; // requested cases
+  rows: number; // completed cases
   counts: { status: string; count: number }[];
   success: Proportion;
   completed: Proportion; // status ok
@@ -152,13 +152,13 @@ export interface CampaignModel {
   columns: Described[];
   sensitivities: Sensitivity[];
   worst: WorstList[];
-  failures: Failure[]; // why cases are no success
+  failures: Failure[]; // reasons for missing success
   failuresAreAll: boolean; // else only those of cases without a result
   grasps: GraspCount[];
   groups: InputGroup[];
   assumed: number; // successes without an evaluated envelope
   warnings: string[];
-  saved: Set<number>; // cases whose complete results lie in series/
+  saved: Set<number>; // cases with complete results in series/
   failuresLeftOut: number; // cases with other reasons
   measuresLeftOut: number; // of sensitivities
   successMap: SuccessMap | null;

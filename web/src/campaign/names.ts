@@ -1,8 +1,8 @@
-// Names too long for their place, shortened so that they still tell things apart. No DOM.
+// Shortens long names such that they remain distinct. No DOM.
 import { shortened } from "../study/describe";
 
-// Each name in at most `most` letters: whole parts are replaced by "…", the first and the middle ones before those near
-// the end, but no part that distinguishes it from another name.
+// Limits each name to `most` characters: replaces whole parts by "…", the first and middle parts before the later ones,
+// but no part that distinguishes it from another name.
 export function distinctNames(names: string[], most: number): string[] {
   const all = [...new Set(names)].map((name) => name.split(/(?<=[./])/));
   const made = names.map((name) => {
@@ -20,13 +20,13 @@ export function distinctNames(names: string[], most: number): string[] {
   return made;
 }
 
-// Which parts go first: the first, those after the second, the second. The last stays.
+// Order of removal: the first part, those after the second, the second. The last part remains.
 function order(count: number): number[] {
   const middle = Array.from({ length: Math.max(0, count - 3) }, (_, k) => k + 2);
   return [0, ...middle, 1].filter((k) => k < count - 1);
 }
 
-// The end of the part that went last comes back as far as there is room: "…velocity/x" says more than "…x".
+// Restores the end of the part removed last as far as it fits: "…velocity/x" is more informative than "…x".
 function filled(parts: string[], gone: Set<number>, last: number, most: number): string {
   const text = without(parts, gone);
   const room = most - text.length;

@@ -1,4 +1,4 @@
-// Which column a campaign's charts show first, and how columns are offered. No DOM.
+// Selection and order of the columns that a campaign's charts offer. No DOM.
 import type { CampaignModel, Described } from "./model";
 import { describedOf, kindOf } from "./model";
 

@@ -1,4 +1,4 @@
-// campaign.json as the page's model. Whatever is missing or of another type becomes empty, null or NaN. No DOM.
+// campaign.json as the page's model. Missing values and values of another type become empty, null or NaN. No DOM.
 import type * as file from "../campaign_types";
 import type { CampaignData, Partly } from "../data";
 import { pasted } from "../format";
@@ -47,11 +47,11 @@ export function campaignModel(data: CampaignData): CampaignModel {
 }
 
 function criterion(one: Partly<file.CriterionResult>, rows: number, confidence: number): CriterionResult {
-  const said = text(one?.text);
-  return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || said, text: said, onlyThis: num(one?.only_this), notChecked: num(one?.not_checked, 0), reads: list(one?.reads).map(text) };
+  const statement = text(one?.text);
+  return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || statement, text: statement, onlyThis: num(one?.only_this), notChecked: num(one?.not_checked, 0), reads: list(one?.reads).map(text) };
 }
 
-// Of a magnitude both signs are limits.
+// A limit on a magnitude is two limits, one per sign.
 function limitsOf(one: Partly<file.CriterionResult>): Limit[] {
   return list(one?.limits).flatMap((limit) => {
     const atMost = typeof limit?.at_most === "number";
@@ -91,7 +91,7 @@ function histogram(h: Partly<file.Histogram> | undefined): Counts | null {
   return { begin, end, counts, successes: successes.length === counts.length ? successes : null, below: num(h?.below, 0), above: num(h?.above, 0) };
 }
 
-// Groups between the same two values are one: an input with few values has many.
+// Merges groups with equal bounds: an input with few values has many of them.
 function groups(g: Partly<file.SuccessBy> | undefined, confidence: number): Group[] {
   const made: { from: number; to: number; trials: number; successes: number }[] = [];
   list(g?.from).forEach((from, k) => {

@@ -7,16 +7,16 @@ import { proportionOf } from "./wilson";
 export function readSuccessMap(e: Partly<file.SuccessMap> | undefined, confidence: number): SuccessMap | null {
   if (!Array.isArray(e?.axes) || e.axes.length === 0) return null;
   const stated: MapAxis[] = e.axes.map(axis);
-  // Maps need values that increase, whatever the order in the file.
+  // Maps require increasing values, regardless of the order in the file.
   const orders = stated.map((a) => a.values.map((_, k) => k).sort((i, j) => a.values[i] - a.values[j] || i - j));
   const ranks = orders.map((order) => order.map((_, k) => order.indexOf(k)));
   const axes = stated.map((a, k) => ({ ...a, values: orders[k].map((i) => a.values[i]) }));
   const points = [];
   const count = axes.reduce((product, a) => product * a.values.length, 1);
   for (let k = 0; k < count; ++k) {
-    const said = { estimate: e.estimate?.[k], lower: e.lower?.[k], upper: e.upper?.[k] };
+    const interval = { estimate: e.estimate?.[k], lower: e.lower?.[k], upper: e.upper?.[k] };
     const trials = numberOf(e.trials?.[k]) || 0;
-    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]), deciding: textOf(e.deciding?.[k]), unmet: unmetAt(e.unmet, k) });
+    points.push({ ...proportionOf(trials > 0 ? interval : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]), deciding: textOf(e.deciding?.[k]), unmet: unmetAt(e.unmet, k) });
   }
   return { axes, points };
 }

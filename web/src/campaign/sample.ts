@@ -1,4 +1,4 @@
-// Rows of a campaign that the page holds, as the table that charts of studies draw: inputs are its axes. No DOM.
+// The page's sample of a campaign's rows, as a table for the charts of studies: inputs are its axes. No DOM.
 import type { CampaignData, PackedSample, TableColumn } from "../data";
 import { bytesOf } from "../run";
 import { Field, type StudyTable, tableOf } from "../study/field";
@@ -8,7 +8,7 @@ export interface Sample {
   table: StudyTable;
   cases: Float64Array; // k of each row
   success: Uint8Array;
-  drawn: Uint8Array; // 1: of the even sample
+  drawn: Uint8Array; // 1: part of the even sample
   successField: Field;
   complete: boolean; // all rows of the campaign are here
 }

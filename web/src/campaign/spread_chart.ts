@@ -70,10 +70,10 @@ export class SpreadChart {
     if (this.width === 0) return;
     const points = this.shown();
     this.card.setTitle(`${this.y.name} against ${this.x.name}`);
-    // Only of the even sample: cases that are here because they failed would bend the quantiles.
-    const even = points.filter((k) => this.sample.drawn[k] === 1 && this.state.kept[k] === 1);
+    // Of the even sample only: cases included because they failed would bias the quantiles.
+    const even = points.filter((k) => this.sample.drawn[k] === 1 && this.state.passing[k] === 1);
     const bands = this.bands ? quantileBands(this.x.values, this.y.values, even) : [];
-    this.say(points.length, bands);
+    this.updateNote(points.length, bands);
     if (points.length === 0) return this.card.body.replaceChildren();
     const limits = this.model.limits.filter((l) => l.column === this.y.name);
     const ends = (f: Field, more: number[]): [number, number] => {
@@ -113,7 +113,7 @@ export class SpreadChart {
     ]);
   }
 
-  private say(shown: number, bands: Band[]): void {
+  private updateNote(shown: number, bands: Band[]): void {
     const { table } = this.state;
     const sampled = this.sample.complete ? "" : `${counted(table.size)} of ${plural(this.model.rows, "case")}: an even sample with failed and worst ones added. `;
     const without = table.size - shown;
@@ -121,14 +121,14 @@ export class SpreadChart {
     this.card.note.textContent = `${sampled}${quantiles}${without > 0 ? `${plural(without, "case")} without a place here.` : ""}`.trim();
   }
 
-  // What is rarer lies above the rest.
+  // The rarer outcome is drawn on top.
   private dots(points: number[], scales: Places, spots: Spots): SVGElement {
-    const { kept } = this.state;
+    const { passing } = this.state;
     const { success } = this.sample;
     const [good, bad] = [lineColor(kSuccessColors[1]), lineColor(kSuccessColors[0])];
     for (const k of points) spots.add(k, scales.x(this.x.values[k]), scales.y(this.y.values[k]));
     const above = points.reduce((sum, k) => sum + success[k], 0) > points.length / 2 ? 0 : 1;
-    const rank = (i: number): number => (kept[points[i]] ? 2 : 0) + (success[points[i]] === above ? 1 : 0);
+    const rank = (i: number): number => (passing[points[i]] ? 2 : 0) + (success[points[i]] === above ? 1 : 0);
     const order = points.map((_, i) => i).sort((a, b) => rank(a) - rank(b) || a - b);
     const canvas = document.createElement("canvas");
     const [width, height] = [span(spots.x).greatest + 8, span(spots.y).greatest + 8];
@@ -138,12 +138,12 @@ export class SpreadChart {
     pen.scale(3, 3);
     const size = points.length > 2000 ? 1.7 : points.length > 500 ? 2.2 : 3;
     for (const i of order) {
-      const on = kept[points[i]] === 1;
+      const on = passing[points[i]] === 1;
       pen.globalAlpha = on ? 0.65 : 0.12;
       pen.fillStyle = !on ? "#999999" : success[points[i]] ? good : bad;
       pen.beginPath();
       if (success[points[i]]) pen.arc(spots.x[i], spots.y[i], size, 0, 2 * Math.PI);
-      else diamond(pen, spots.x[i], spots.y[i], size * 1.35); // told apart by shape too
+      else diamond(pen, spots.x[i], spots.y[i], size * 1.35); // distinguishable by shape too
       pen.fill();
     }
     return svgElement("image", { x: 0, y: 0, width: canvas.width / 3, height: canvas.height / 3, href: canvas.toDataURL() });
@@ -163,7 +163,7 @@ function diamond(pen: CanvasRenderingContext2D, x: number, y: number, r: number)
   pen.closePath();
 }
 
-// From least to greatest with a little room; labels have theirs.
+// From minimum to maximum with a margin; labels have their own.
 function tight(values: number[], field: Field): [number, number] {
   if (field.labels) return [-0.5, field.labels.length - 0.5];
   const { least, greatest } = span(values);
@@ -182,7 +182,7 @@ function isNear(limit: number, values: number[]): boolean {
   return limit >= least - 0.5 * size && limit <= greatest + 0.5 * size;
 }
 
-// Which input, or axis of the design, explains most of a column.
+// The input, or axis of the design, that explains most of a column.
 function mostInfluential(model: CampaignModel, column: string): string {
   const of = model.sensitivities.find((s) => s.output === column) ?? model.sensitivities[0];
   const axes = (of?.groups ?? []).filter((g) => model.groups.some((one) => one.design && one.name === g.input));

@@ -1,5 +1,5 @@
 // The success map over one parameter of the design: the probability of success with its interval, and the share of
-// cases that each criterion stops. Arrow keys walk over its points, and each is said with its interval.
+// cases that fail each criterion. Arrow keys select points; each is announced with its interval.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { css, lineColor, onThemeChange } from "../plots/theme_colors";
@@ -19,20 +19,20 @@ const kLevels = [0.5, 0.9, 0.99];
 interface Stopped {
   criterion: string;
   x: number;
-  share: number; // of the point's cases that fail it
+  share: number; // share of the point's cases that fail the criterion
 }
 
 export class SuccessCurve {
   readonly card: ChartCard;
   private readonly x: MapAxis;
-  private readonly points: MapPoint[]; // those with cases, as the axis increases
+  private readonly points: MapPoint[]; // points with cases, in the order of the axis
   private width = 0;
   private criteria = false;
   private cursor = 0;
-  private readonly said = element("p", { class: "cp-said", role: "status", "aria-live": "polite" });
+  private readonly status = element("p", { class: "cp-said", role: "status", "aria-live": "polite" });
   private mark: (k: number) => void = () => undefined;
 
-  // Null: another number of axes, or one without values.
+  // Null: another number of axes, or an axis without values.
   static of(model: CampaignModel, study: string, state: StudyState | null = null): SuccessCurve | null {
     const { successMap } = model;
     return successMap && successMap.axes.length === 1 && successMap.axes[0].values.length > 0 ? new SuccessCurve(model, successMap, study, state) : null;
@@ -48,7 +48,7 @@ export class SuccessCurve {
     this.points = successMap.points.filter((p) => p.trials > 0).sort((a, b) => a.at[0] - b.at[0]);
     this.card = chartCard({ id: "success-map", title: `Probability of success over ${nameOf(this.x)}`, study, csv: () => successMapCsv(successMap) });
     if (this.stopped().length > 0) this.card.controls.append(toggle("what fails", false, (on) => ((this.criteria = on), this.draw())));
-    this.card.body.after(this.said);
+    this.card.body.after(this.status);
     this.card.note.textContent = `Bars are ${percent(model.confidence)} intervals (Wilson's score), levels ${kLevels.join(", ")}. Point at a value, or walk with the arrow keys, for its numbers and what fails there; a click or Enter keeps its cases alone in the charts and the table below.`;
     onWidth(this.card.body, (width) => {
       this.width = width;
@@ -88,7 +88,7 @@ export class SuccessCurve {
     this.card.setLegend(this.criteria ? [{ color: blue, text: "probability of success" }, ...shares] : []);
   }
 
-  // Of criteria that fail anywhere.
+  // Of criteria that at least one case fails.
   private stopped(): Stopped[] {
     const names = [...new Set(this.points.flatMap((p) => p.unmet.filter((u) => u.count > 0).map((u) => u.criterion)))];
     return names.flatMap((criterion) =>
@@ -108,7 +108,7 @@ export class SuccessCurve {
       this.cursor = k;
       for (const end of ["x1", "x2"]) rule.setAttribute(end, String(sx.apply(this.x.values[k])));
       rule.setAttribute("visibility", "visible");
-      this.said.textContent = this.words(k).join(" · ");
+      this.status.textContent = this.words(k).join(" · ");
     };
     const under = (event: PointerEvent): number => {
       const u = sx.invert!(event.clientX - plot.getBoundingClientRect().left);

@@ -1,5 +1,5 @@
 // The probability of success over two parameters of the design, with lines at 0.5, 0.9 and 0.99.
-// Arrow keys walk over its points, and each is said with its interval.
+// Arrow keys select points; each is announced with its interval.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { css, onThemeChange } from "../plots/theme_colors";
@@ -22,7 +22,7 @@ const kDashes = ["2,3", "6,3", ""];
 const kMargins = { marginTop: 26, marginBottom: 44, marginRight: 16 }; // [px]
 
 type Shown = "lower" | "estimate" | "upper" | "deciding";
-// The headline counts points by the lower end: so does the map that is shown first.
+// The headline counts points by the lower bound; therefore the map of lower bounds is displayed first.
 const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "most frequent failure" };
 const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end", deciding: "" };
 
@@ -33,7 +33,7 @@ export class SuccessMapChart {
   private shown: Shown = "lower";
   private width = 0;
   private cursor: [number, number] = [0, 0];
-  private readonly said = element("p", { class: "cp-said", role: "status", "aria-live": "polite" });
+  private readonly status = element("p", { class: "cp-said", role: "status", "aria-live": "polite" });
   private moveTo: (i: number, j: number) => void = () => undefined;
 
   // Null: no two axes.
@@ -52,7 +52,7 @@ export class SuccessMapChart {
     this.card = chartCard({ id: "success-map", title: "Success map", study, csv: () => successMapCsv(successMap) });
     const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || successMap.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
     this.card.controls.append(select("Show", options, this.shown, (value) => ((this.shown = value as Shown), this.draw())));
-    this.card.body.after(this.said);
+    this.card.body.after(this.status);
     this.card.note.textContent = note(model, successMap);
     onWidth(this.card.body, (width) => {
       this.width = width;
@@ -81,14 +81,14 @@ export class SuccessMapChart {
     this.pointAt(plot, ex, ey);
     const ramp = this.shown === "deciding" ? null : beside ? uprightRamp(kShown[this.shown], height) : flatRamp(kShown[this.shown], this.width);
     const map = element("div", { class: `st-map cp-success-map${beside ? " cp-beside" : ""}` }, plot, ramp && element("div", { class: "st-ramp" }, ramp));
-    map.style.setProperty("--cp-map", `${width}fr`); // on paper, both in proportion
+    map.style.setProperty("--cp-map", `${width}fr`); // in print, both scale in proportion
     map.style.setProperty("--cp-ramp", `${kRampWidth}fr`);
     this.card.body.replaceChildren(map);
     if (this.shown === "deciding") return this.card.setLegend([...this.deciders().map((text) => ({ color: this.decidingColor(text), text, shape: "dot" as const })), { color: css("--line"), text: "nothing fails", shape: "dot" as const }]);
     this.card.setLegend(this.drawsLines() ? kLevels.map((level, k) => ({ color: css("--ink"), text: `${kLine[this.shown]} ${level}`, dash: kDashes[k] })) : []);
   }
 
-  // Between labels there is nothing.
+  // No interpolation between labels.
   private drawsLines(): boolean {
     return !this.x.labels && !this.y.labels && this.shown !== "deciding";
   }
@@ -125,7 +125,7 @@ export class SuccessMapChart {
       const text = shortProbability(v);
       const [middle, half] = [x + width / 2, 3.4 * text.length + 2];
       const box = { left: middle - half, right: middle + half, top: y + height / 2 - 8, bottom: y + height / 2 + 8 };
-      if (labels.some((l) => overlap(l.box, box)) || lines.some((l) => crosses(l.points, box))) continue; // colours tell
+      if (labels.some((l) => overlap(l.box, box)) || lines.some((l) => crosses(l.points, box))) continue; // the colour suffices
       texts.push(svgElement("text", { class: "cp-cell", x: middle, y: y + height / 2 + 4, "text-anchor": "middle", "font-size": 11, fill: v > 0.6 || this.shown === "deciding" ? "#111111" : "#ffffff", "pointer-events": "none" }, text));
     }
     group.append(...texts, contours(lines, labels));
@@ -148,7 +148,7 @@ export class SuccessMapChart {
       this.cursor = [i, j];
       const [a, b, c, d] = [sx.apply(ex[i]), sx.apply(ex[i + 1]), sy.apply(ey[j + 1]), sy.apply(ey[j])];
       for (const [key, v] of Object.entries({ x: a, y: c, width: b - a, height: d - c, visibility: "visible" })) ring.setAttribute(key, String(v));
-      this.said.textContent = this.words(grid, i, j).join(" · ");
+      this.status.textContent = this.words(grid, i, j).join(" · ");
     };
     const cellAt = (event: PointerEvent): [number, number] | null => {
       const box = plot.getBoundingClientRect();
@@ -194,7 +194,7 @@ interface ContourLine extends NamedLine {
   dash: string;
 }
 
-// Two strokes, so that lines are seen on any colour.
+// Two strokes, visible on any colour.
 function contours(lines: ContourLine[], labels: LineLabel[]): SVGElement {
   const group = svgElement("g", { fill: "none", "stroke-linejoin": "round", class: "cp-contours" });
   for (const { text, dash, points } of lines) {
@@ -209,7 +209,7 @@ function contours(lines: ContourLine[], labels: LineLabel[]): SVGElement {
   return group;
 }
 
-// For a cell: values that would round to 0 or 1 are marked.
+// For a cell: marks values that would round to 0 or 1.
 function shortProbability(v: number): string {
   if (v === 0 || v === 1) return String(v);
   return v >= 0.995 ? ">.99" : v < 0.005 ? "<.01" : v.toFixed(2);

@@ -12,12 +12,12 @@ export function wilson(successes: number, trials: number, confidence: number): P
   return { successes, trials, estimate: p, lower: successes === 0 ? 0 : Math.max(0, middle - half), upper: successes === trials ? 1 : Math.min(1, middle + half) };
 }
 
-type Said = { [Key in "estimate" | "lower" | "upper"]?: number | null };
+type Stated = { [Key in "estimate" | "lower" | "upper"]?: number | null };
 
-// As the file has it; what it lacks is computed.
-export function proportionOf(said: Said | null | undefined, successes: number, trials: number, confidence: number): Proportion {
-  const given = (key: keyof Said): number | null => {
-    const value = said?.[key];
+// As stored in the file; missing bounds are computed.
+export function proportionOf(stated: Stated | null | undefined, successes: number, trials: number, confidence: number): Proportion {
+  const given = (key: keyof Stated): number | null => {
+    const value = stated?.[key];
     return typeof value === "number" ? value : null;
   };
   const count = Number.isFinite(successes) ? successes : Math.round((given("estimate") ?? NaN) * trials);

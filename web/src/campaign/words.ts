@@ -1,9 +1,9 @@
-// Numbers of campaigns in words: probabilities keep the digits that tell them from 0 and 1. No DOM.
+// Numbers of campaigns in words: probabilities have enough digits to distinguish them from 0 and 1. No DOM.
 import { number } from "../format";
 import { counted } from "../study/describe";
 import type { CampaignModel, Proportion } from "./model";
 
-// 0.9734, 0.99982, 1: four digits, and as many more as the distance to 1 needs.
+// 0.9734, 0.99982, 1: four digits, and more if the distance to 1 requires them.
 export function probability(p: number, digits = 4): string {
   if (!Number.isFinite(p)) return "–";
   if (p === 0 || p === 1) return String(p);
@@ -26,14 +26,14 @@ export function samplingName(sampling: string): string {
   return kSamplings[sampling] ?? sampling.replace(/_/g, " ");
 }
 
-// Ticks of an axis to such a number: 2·10¹⁴ where all digits would run into each other.
+// Ticks of an axis up to such a number: 2·10¹⁴ where all digits would overlap.
 export function tickOf(most: number): { tickFormat?: (v: number) => string } {
   return most >= 1e5 ? { tickFormat: (v) => number(v) } : {};
 }
 
 export const kCaptureProbability = "Capture probability";
 
-// What the share of successes is: of captures only where closed grasps are all that a success takes.
+// Name of the share of successes: "captures" only if success requires nothing but closed grasps.
 export function successName(model: CampaignModel): string {
   const text = model.criteria.length === 1 ? model.criteria[0].text.trim() : "";
   return /^captured( *(==|>=?) *[01](\.[05]*)?)?$/.test(text) ? kCaptureProbability : "Success probability";

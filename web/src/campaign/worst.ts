@@ -56,7 +56,7 @@ function csv(model: CampaignModel, list: WorstList): string {
   return rowsToText([head, ...list.cases.map((c) => [c.index, c.value, c.success === null ? "" : c.success ? 1 : 0, ...model.inputs.map((_, k) => c.inputs[k] ?? NaN), c.command])]);
 }
 
-// Reasons for failures, similar reasons together.
+// Reasons for failures; similar reasons are grouped.
 export function failuresCard(model: CampaignModel, study: string): HTMLElement | null {
   if (model.failures.length === 0) return null;
   const rows = model.failures.map((f) =>
@@ -80,7 +80,7 @@ export function failuresCard(model: CampaignModel, study: string): HTMLElement |
   );
 }
 
-// How often each grasp misses, and by which tolerance most; only where one misses.
+// How often each grasp fails, and the most frequent tolerance; only for grasps that fail.
 function graspTable(model: CampaignModel): HTMLElement | null {
   const missed = model.grasps.filter((g) => g.missed > 0);
   if (missed.length === 0) return null;
@@ -91,8 +91,8 @@ function graspTable(model: CampaignModel): HTMLElement | null {
 }
 
 // Link to the complete results of a case, if they are stored; else null.
-export function savedLink(model: CampaignModel, index: number, said = "its full report"): HTMLElement | null {
-  return model.saved.has(index) ? element("a", { href: `series/case-${index}/report.html`, class: "cp-saved" }, said) : null;
+export function savedLink(model: CampaignModel, index: number, linkText = "its full report"): HTMLElement | null {
+  return model.saved.has(index) ? element("a", { href: `series/case-${index}/report.html`, class: "cp-saved" }, linkText) : null;
 }
 
 function example(model: CampaignModel, e: { index: number; reason: string; command: string }): HTMLElement {

@@ -19,8 +19,8 @@ export function differingScenarios(runs: Run[]): HTMLElement {
     ["Impact law", text(a.impact?.law), text(b.impact?.law)],
     ["Result folder", text(runs[0].data.folder), text(runs[1].data.folder)],
   ];
-  const said = same ? "Both ran the same scenario, byte for byte." : "The scenarios differ:";
-  return element("div", {}, table("What was compared", columns, rows), element("p", {}, said), ...(same ? [] : scenarioDifferences(runs)));
+  const explanation = same ? "Both ran the same scenario, byte for byte." : "The scenarios differ:";
+  return element("div", {}, table("What was compared", columns, rows), element("p", {}, explanation), ...(same ? [] : scenarioDifferences(runs)));
 }
 
 function code(value: unknown): Cell {
@@ -32,7 +32,7 @@ function code(value: unknown): Cell {
 export function answers(runs: Run[]): HTMLElement {
   const [a, b] = runs.map((run) => shortVerdicts(run.summary ?? {}));
   const answer = (one: (typeof a)[number]) =>
-    element("span", {}, mark(one.tone, one.word), element("span", { class: "said-below" }, one.said));
+    element("span", {}, mark(one.tone, one.word), element("span", { class: "said-below" }, one.explanation));
   return table(
     "Verdicts",
     [{ head: "" }, { head: "A" }, { head: "B" }],

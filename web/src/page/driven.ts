@@ -2,7 +2,7 @@
 // with its description; a new part needs one line of kParts.
 import { element } from "../dom";
 import { number, unitText } from "../format";
-import * as described from "../summary_types"; // by name: what is not made yet (scripts/tables) is no error
+import * as described from "../summary_types"; // by name: types not yet generated (scripts/tables) cause no error
 import { bar } from "./margins";
 import { list, num, text, vector, words, type PartlySummary } from "./read";
 import { absent, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
@@ -27,7 +27,7 @@ const kParts: Part[] = [
   { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport.filter(([key]) => key !== "parameters") },
   { title: "Numbers identified", of: (s) => s.post_impact?.identification?.parameters, notes: described.kIdentifiedParameter },
   { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
-  { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseKeepingReport },
+  { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseHoldReport },
   { title: "Impedance of end-effectors in the approach", of: (s) => s.approach?.impedance, notes: described.kImpedanceReport },
   { title: "Effective masses in the contact", of: (s) => s.impact?.effective_masses, notes: described.kEffectiveMass },
   { title: "Impedance of end-effectors after the impact", of: (s) => s.post_impact?.impedance, notes: described.kImpedanceReport },

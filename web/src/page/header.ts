@@ -20,8 +20,8 @@ export function header(data: ReportData, runs: Run[]): HTMLElement {
 }
 
 function descriptionOf(run: Run): HTMLElement[] {
-  const said = sourceOf(run)?.description;
-  return said ? [element("p", { class: "description" }, said)] : [];
+  const description = sourceOf(run)?.description;
+  return description ? [element("p", { class: "description" }, description)] : [];
 }
 
 function facts(run: Run, several: boolean): HTMLElement {
@@ -49,16 +49,16 @@ function hash(full: string): HTMLElement | null {
     "aria-label": `scenario ${full.slice(0, 12)}: copy its SHA-256`,
   });
   const shown = element("code", {}, full.slice(0, 12));
-  const said = element("span", { class: "said", role: "status" });
+  const status = element("span", { class: "said", role: "status" });
   button.append("scenario ", shown);
   button.addEventListener("click", () => {
     copy(full).then(
-      () => (said.textContent = " copied"),
+      () => (status.textContent = " copied"),
       () => (shown.textContent = full),
     );
-    setTimeout(() => (said.textContent = ""), 2500);
+    setTimeout(() => (status.textContent = ""), 2500);
   });
-  return element("span", {}, button, said, element("code", { class: "print-only" }, full));
+  return element("span", {}, button, status, element("code", { class: "print-only" }, full));
 }
 
 // Pages opened from disk may lack the clipboard.

@@ -64,18 +64,18 @@ function overview(impact: Partly<ImpactReport>): HTMLElement {
 }
 
 function notes(impact: Partly<ImpactReport>): HTMLElement[] {
-  const said: string[] = [];
+  const remarks: string[] = [];
   const [rank, rows] = [num(impact.rank), num(impact.rows)];
   if (rank !== null && rows !== null && rank < rows) {
-    said.push(
+    remarks.push(
       `${rows - rank} of ${rows} impulse components are not determined: closed loops can carry self-stresses. The minimum-norm impulses are shown.`,
     );
   }
-  if (impact.unique === false) said.push("The distribution of the impulse over simultaneous contacts is not unique.");
+  if (impact.unique === false) remarks.push("The distribution of the impulse over simultaneous contacts is not unique.");
   if (impact.energy_created === true)
-    said.push("The impact increases the energy, as a consequence of the selected hypothesis.");
-  if (impact.inconsistent) said.push(`No motion has the specified restitution: ${text(impact.inconsistent)}.`);
-  const result: HTMLElement[] = said.map((one) => element("p", { class: "remark" }, mark("warn", one)));
+    remarks.push("The impact increases the energy, as a consequence of the selected hypothesis.");
+  if (impact.inconsistent) remarks.push(`No motion has the specified restitution: ${text(impact.inconsistent)}.`);
+  const result: HTMLElement[] = remarks.map((one) => element("p", { class: "remark" }, mark("warn", one)));
   const stresses = list(impact.null_space);
   if (stresses.length > 0) {
     const rows = stresses.flatMap((stress, i) =>

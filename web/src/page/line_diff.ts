@@ -7,7 +7,7 @@ export interface DiffLine {
   b: number | null;
 }
 
-const kMostChanges = 2000; // limit on the number of changes, because the cost of the search grows with its square
+const kMaxChanges = 2000; // limit on the number of changes, because the cost of the search grows with its square
 
 // Null: too many differences.
 export function lineDiff(a: string, b: string): DiffLine[] | null {
@@ -54,7 +54,7 @@ function linesOf(text: string): string[] {
 
 function shortestPath(x: string[], y: string[]): DiffLine["side"][] | null {
   const [n, m] = [x.length, y.length];
-  const size = Math.min(n + m, kMostChanges);
+  const size = Math.min(n + m, kMaxChanges);
   let furthest = new Map<number, number>([[1, 0]]);
   const trace: Map<number, number>[] = [];
   for (let d = 0; d <= size; ++d) {

@@ -9,7 +9,7 @@ import { windowPart } from "./window";
 export function planSection(s: PartlySummary): HTMLElement[] {
   const plan = s.approach?.plan;
   if (!plan) return [absent("This run has no plan of an approach.")];
-  const looked = plan.found !== undefined;
+  const searched = plan.found !== undefined;
   return [
     ...found(s, plan),
     pairs([
@@ -22,15 +22,15 @@ export function planSection(s: PartlySummary): HTMLElement[] {
       ["required motion that no joint rates produce", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
       [
         "initial guesses",
-        looked
+        searched
           ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution (${number(num(plan.distinct_solutions))} different ones) in ${number(num(plan.iterations))} Newton steps`
           : "",
       ],
-      ["smallest singular value of the goals", looked ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
+      ["smallest singular value of the goals", searched ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
       ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
     ]),
     ...terms(plan),
-    ...way(plan),
+    ...pathPart(plan),
     ...windowPart(plan),
     ...finalValues(s, plan),
     ...misses(plan),
@@ -61,22 +61,22 @@ function terms(plan: Partly<PlanReport>): HTMLElement[] {
 }
 
 // Constraints along the trajectory and their margins.
-function way(plan: Partly<PlanReport>): HTMLElement[] {
-  const way = plan.way;
-  if (!way) return [];
+function pathPart(plan: Partly<PlanReport>): HTMLElement[] {
+  const path = plan.path;
+  if (!path) return [];
   const share = (value: number | null) => (value === null ? "" : `${number(100 * value, 3)} % of the limit`);
-  const bodies = text(way.body_a) ? `, ${text(way.body_a)} and ${text(way.body_b)} at t = ${number(num(way.clearance_time))} s` : "";
-  const clearance = num(way.clearance);
+  const bodies = text(path.body_a) ? `, ${text(path.body_a)} and ${text(path.body_b)} at t = ${number(num(path.clearance_time))} s` : "";
+  const clearance = num(path.clearance);
   return [
     element("h3", {}, "Planned trajectory, followed exactly"),
     pairs([
       ["minimum clearance", clearance === null ? "" : withUnit(clearance, "m") + bodies],
-      ["largest rotation of the base", way.attitude_kept ? "assumes that the base keeps its attitude exactly" : withUnit(num(way.base_turn), "rad")],
-      ["margin to joint limits", withUnit(num(way.position_margin), "rad or m")],
-      ["largest rate", share(num(way.rate_share))],
-      ["largest effort", share(num(way.effort_share))],
-      ["largest momenta of wheels", list(way.wheels).map((w) => `${text(w.wheel)}: ${number(100 * (num(w.share) ?? NaN), 3)} %`).join(", ")],
-      ["inner knots of the splines", number(num(way.knots))],
+      ["largest rotation of the base", path.attitude_held ? "assumes that the base keeps its attitude exactly" : withUnit(num(path.base_turn), "rad")],
+      ["margin to joint limits", withUnit(num(path.position_margin), "rad or m")],
+      ["largest rate", share(num(path.rate_share))],
+      ["largest effort", share(num(path.effort_share))],
+      ["largest momenta of wheels", list(path.wheels).map((w) => `${text(w.wheel)}: ${number(100 * (num(w.share) ?? NaN), 3)} %`).join(", ")],
+      ["inner knots of the splines", number(num(path.knots))],
     ]),
   ];
 }

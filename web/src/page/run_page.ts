@@ -76,8 +76,8 @@ export function buildRunPage(host: HTMLElement, data: ReportData): void {
 // report.html#t=20 opens at that instant [s], for links.
 function followAddress(clock: Clock): void {
   const go = (): void => {
-    const asked = /^#t=([-+.\deE]+)$/.exec(location.hash);
-    if (asked) clock.time = Number(asked[1]);
+    const requested = /^#t=([-+.\deE]+)$/.exec(location.hash);
+    if (requested) clock.time = Number(requested[1]);
   };
   go();
   window.addEventListener("hashchange", go);
@@ -217,7 +217,7 @@ function filledLater(what: string, build: (host: HTMLElement) => void): HTMLElem
 // ---- Warnings and origin ----
 
 function notices(runs: Run[]): HTMLElement[] {
-  const said = runs.flatMap((run) => {
+  const entries = runs.flatMap((run) => {
     const who = run.data.label ? `${run.data.label}: ` : "";
     const failure =
       run.summary.status === "failed"
@@ -229,12 +229,12 @@ function notices(runs: Run[]): HTMLElement[] {
     }));
     return [...failure, ...warnings];
   });
-  if (said.length === 0) return [];
+  if (entries.length === 0) return [];
   return [
     element(
       "section",
       { class: "notices", "aria-label": "Warnings" },
-      element("ul", {}, ...said.map((one) => element("li", {}, mark(one.tone, one.text)))),
+      element("ul", {}, ...entries.map((one) => element("li", {}, mark(one.tone, one.text)))),
     ),
   ];
 }

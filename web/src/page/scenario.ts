@@ -73,8 +73,8 @@ function fileOf(files: Part[], part: string): Part | undefined {
 function partDifference(part: string, a: Part | undefined, b: Part | undefined): HTMLElement {
   const title = titleOf(part);
   if (!a || !b) return element("p", {}, `${title}: only ${a ? "A" : "B"} has one.`);
-  const kept = (file: Part) => file.text !== "" || file.bytes === 0;
-  if (!kept(a) || !kept(b)) return element("p", {}, `${title}: too large to be stored and compared here.`);
+  const isStored = (file: Part) => file.text !== "" || file.bytes === 0;
+  if (!isStored(a) || !isStored(b)) return element("p", {}, `${title}: too large to be stored and compared here.`);
   if (a.text === b.text) return element("p", {}, `${title}: identical in both.`);
   const lines = lineDiff(a.text, b.text);
   return lines ? difference(title, lines) : element("p", {}, `${title}: the texts differ too much for a comparison by lines.`);

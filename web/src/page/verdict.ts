@@ -16,12 +16,12 @@ export function verdict(run: Run): HTMLElement[] {
 }
 
 // The verdicts in short form, for two runs side by side.
-export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; said: string }[] {
-  return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s), controlAnswer(s)].map(({ question, tone, word, said }) => ({
+export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; explanation: string }[] {
+  return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s), controlAnswer(s)].map(({ question, tone, word, explanation }) => ({
     question,
     tone,
     word,
-    said,
+    explanation,
   }));
 }
 
@@ -29,14 +29,14 @@ interface Answer {
   question: string;
   tone: Tone;
   word: string;
-  said: string;
+  explanation: string;
 }
 
 export type Tone = "good" | "bad" | "warn" | "none";
 
-function card({ question, tone, word, said }: Answer, ...content: (HTMLElement | null)[]): HTMLElement {
+function card({ question, tone, word, explanation }: Answer, ...content: (HTMLElement | null)[]): HTMLElement {
   const head = element("div", {}, element("h3", {}, question), element("p", { class: "word" }, mark(tone, word)));
-  return element("div", { class: `verdict ${tone}` }, head, element("div", {}, element("p", {}, said), ...content));
+  return element("div", { class: `verdict ${tone}` }, head, element("div", {}, element("p", {}, explanation), ...content));
 }
 
 // ---- Capture ----
@@ -44,27 +44,27 @@ function card({ question, tone, word, said }: Answer, ...content: (HTMLElement |
 function captureAnswer(s: PartlySummary): Answer {
   const question = "Capture";
   if (s.status === "failed")
-    return { question, tone: "bad", word: "Run failed", said: text(s.failure, "no reason is given") };
+    return { question, tone: "bad", word: "Run failed", explanation: text(s.failure, "no reason is given") };
   if (s.status !== undefined && s.status !== "completed")
-    return { question, tone: "warn", word: "Not run", said: `status: ${text(s.status)}` };
+    return { question, tone: "warn", word: "Not run", explanation: `status: ${text(s.status)}` };
   if (s.status === undefined && !s.capture)
-    return { question, tone: "warn", word: "Not known", said: "The summary has no status." };
+    return { question, tone: "warn", word: "Not known", explanation: "The summary has no status." };
   if (!s.capture)
     return {
       question,
       tone: "none",
       word: "Nothing to grasp",
-      said: "This run has no grasps, or its summary does not list them.",
+      explanation: "This run has no grasps, or its summary does not list them.",
     };
   const answer = capturedAnswer(s.capture.captured);
   const captured = answer !== "no";
   // Contacts are not meant to hold.
   const met = list(s.impact?.grasps);
   if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
-    return { question, tone: "none", word: "Contact, no grasp", said: captureSentence(s) };
+    return { question, tone: "none", word: "Contact, no grasp", explanation: captureSentence(s) };
   const words = { yes: "Captured", assumed: "Assumed, no envelope", no: "Not captured" };
   const tones: Record<string, Tone> = { yes: isBeyond(s, s.capture.time) ? "warn" : "good", assumed: "warn", no: "bad" };
-  return { question, tone: tones[answer], word: words[answer], said: captureSentence(s) };
+  return { question, tone: tones[answer], word: words[answer], explanation: captureSentence(s) };
 }
 
 // Summaries of grapnel-summary/1 have true and false.
@@ -157,14 +157,14 @@ function ledgerAnswer(s: PartlySummary): Answer {
   const question = "Ledger";
   const rows = checked(s);
   if (rows.length === 0)
-    return { question, tone: "warn", word: "No ledger", said: "The summary has no conservation checks." };
+    return { question, tone: "warn", word: "No ledger", explanation: "The summary has no conservation checks." };
   const passed = rows.filter((row) => row.pass).length;
   const good = s.ledger?.pass === true && passed === rows.length;
   return {
     question,
     tone: good ? "good" : "bad",
     word: good ? "Passes" : "Fails",
-    said: good
+    explanation: good
       ? `${passed} of ${rows.length} conservation checks within their bounds.`
       : `${rows.length - passed} of ${rows.length} conservation checks are outside their bounds: the result is not valid.`,
   };
@@ -201,7 +201,7 @@ function ledgerCard(s: PartlySummary): HTMLElement {
 
 // ---- Feasibility ----
 
-export interface Trouble {
+export interface Violation {
   text: string;
   size: number; // severity, for sorting
 }
@@ -210,17 +210,17 @@ function feasibleAnswer(s: PartlySummary): Answer {
   const question = "Feasibility";
   const rows = ledgerRows(s).filter((row) => row.kind === "feasibility");
   if (rows.length === 0)
-    return { question, tone: "none", word: "Not checked", said: "The summary has no checks of clearance and limits." };
+    return { question, tone: "none", word: "Not checked", explanation: "The summary has no checks of clearance and limits." };
   const answer = feasibleWord(s);
   if (answer === "not checked")
-    return { question, tone: rows.some((row) => row.applies) ? "warn" : "none", word: "Not checked", said: notChecked(s, rows) };
+    return { question, tone: rows.some((row) => row.applies) ? "warn" : "none", word: "Not checked", explanation: notChecked(s, rows) };
   if (answer === "yes")
-    return { question, tone: "good", word: "Feasible", said: sentence(s) ?? "Clearance and joint limits are kept." };
+    return { question, tone: "good", word: "Feasible", explanation: sentence(s) ?? "Clearance and joint limits are kept." };
   return {
     question,
     tone: "bad",
     word: "Not feasible",
-    said: sentence(s) ?? "Clearance or joint limits are violated; the computed motion ignores them.",
+    explanation: sentence(s) ?? "Clearance or joint limits are violated; the computed motion ignores them.",
   };
 }
 
@@ -239,8 +239,8 @@ function sentence(s: PartlySummary): string | null {
 }
 
 function notChecked(s: PartlySummary, rows: LedgerRow[]): string {
-  const said = sentence(s);
-  if (said && list(s.feasibility?.not_checked).length > 0) return said;
+  const explanation = sentence(s);
+  if (explanation && list(s.feasibility?.not_checked).length > 0) return explanation;
   if (s.status === "failed") return "The run ended before clearance and joint limits could be checked.";
   return rows.some((row) => row.applies) ? "Some checks were not evaluated." : "Nothing moves, or there are no shapes and limits to check.";
 }
@@ -249,7 +249,7 @@ function feasibleCard(run: Run): HTMLElement {
   const s = run.summary ?? {};
   const idle = ledgerRows(s).filter((row) => row.kind === "feasibility" && !row.applies && row.notChecked === "");
   const unchecked = idle.map((row) => words(row.key).replace(/ violation$/, ""));
-  const worst = worstOfPhases(s) ?? shortened([...clearanceTroubles(s), ...limitTroubles(run)]);
+  const worst = worstOfPhases(s) ?? shortened([...clearanceViolations(s), ...limitViolations(run)]);
   return card(
     feasibleAnswer(s),
     worst.length > 0 ? element("ul", { class: "events" }, ...worst.map((one) => element("li", {}, one))) : null,
@@ -268,13 +268,13 @@ function worstOfPhases(s: PartlySummary): string[] | null {
   );
 }
 
-function shortened(troubles: Trouble[]): string[] {
-  const shown = troubles.slice(0, 3).map((one) => one.text);
-  return troubles.length > 3 ? [...shown, `and ${troubles.length - 3} more`] : shown;
+function shortened(violations: Violation[]): string[] {
+  const shown = violations.slice(0, 3).map((one) => one.text);
+  return violations.length > 3 ? [...shown, `and ${violations.length - 3} more`] : shown;
 }
 
 // One line per pair of bodies, the deepest first.
-function clearanceTroubles(s: PartlySummary): Trouble[] {
+function clearanceViolations(s: PartlySummary): Violation[] {
   const byPair = new Map<string, Partly<ClearanceEvent>>();
   for (const event of list(s.clearance?.events)) {
     const pair = list(event.bodies).join(" – ");
@@ -293,7 +293,7 @@ function clearanceTroubles(s: PartlySummary): Trouble[] {
     .sort((a, b) => b.size - a.size);
 }
 
-function limitTroubles(run: Run): Trouble[] {
+function limitViolations(run: Run): Violation[] {
   return list(run.summary?.limits?.events)
     .filter((event) => event.kind !== "effort_saturated")
     .map((event) => ({
@@ -330,19 +330,19 @@ function findings(s: PartlySummary): Finding[] {
 function controlAnswer(s: PartlySummary): Answer {
   const question = "Loads and control";
   const [worst] = findings(s);
-  if (worst) return { question, tone: worst.tone, word: worst.word, said: `${worst.text}.` };
+  if (worst) return { question, tone: worst.tone, word: worst.word, explanation: `${worst.text}.` };
   const rated = list(s.loads).filter((load) => num(load.margin) !== null).length > 0;
   const last = list(s.stability).at(-1);
   const rest = s.post_impact?.at_rest;
-  const said = [
+  const explanation = [
     rated ? "No rating is exceeded and no drive saturates." : "",
     last ? (last.verdict === "stable" ? `Control is stable in ${words(last.phase)}.` : `Stability is not evaluated in ${words(last.phase)}: ${text(last.reason)}.`) : "",
     rest ? `At rest from ${withUnit(num(rest.time), "s")} on.` : "",
   ].filter((one) => one !== "");
-  if (said.length === 0) return { question, tone: "none", word: "Not evaluated", said: "No ratings and no feedback control." };
+  if (explanation.length === 0) return { question, tone: "none", word: "Not evaluated", explanation: "No ratings and no feedback control." };
   return last && last.verdict !== "stable" && !rest
-    ? { question, tone: "none", word: rated ? "Ratings kept" : "Not evaluated", said: said.join(" ") }
-    : { question, tone: "good", word: rest ? "At rest" : last ? "Stable" : "Ratings kept", said: said.join(" ") };
+    ? { question, tone: "none", word: rated ? "Ratings kept" : "Not evaluated", explanation: explanation.join(" ") }
+    : { question, tone: "good", word: rest ? "At rest" : last ? "Stable" : "Ratings kept", explanation: explanation.join(" ") };
 }
 
 function controlCard(s: PartlySummary): HTMLElement {
@@ -373,7 +373,7 @@ function tiles(facts: Fact[]): HTMLElement[] {
 }
 
 function tile(fact: Fact, force?: Fact): HTMLElement {
-  const peak = force?.key.startsWith("peak") ?? false; // has more to say, below
+  const peak = force?.key.startsWith("peak") ?? false; // its tile has a note
   const sign = fact.tone ? mark(fact.tone, fact.word ?? "") : null;
   const details = [peak ? force!.detail : "", fact.detail].filter(Boolean).join("; ");
   return element(

@@ -1,4 +1,5 @@
-// Which joints belong to which arm: the links that hang from one link on the base. Without a scene all are one arm.
+// The joints of each arm: an arm consists of the links below one link on the base. Without a scene all joints form one
+// arm.
 import type { Scene } from "../data";
 
 export interface Arm {
@@ -22,7 +23,7 @@ export function arms(jointNames: string[], scene: Scene | null): Arm[] {
   return [...groups.values()];
 }
 
-// What the names of its joints have in common ("arm-1-joint-" -> "arm-1"), else its first link's name.
+// The common prefix of the joint names ("arm-1-joint-" -> "arm-1"), else the name of the first link.
 function armName(arm: Arm): string {
   const names = arm.joints.map((joint) => joint.name);
   let common = names[0];
@@ -32,7 +33,7 @@ function armName(arm: Arm): string {
   return word || arm.name || "joints";
 }
 
-// A joint's name without its arm's: "joint-1" of "arm-1-joint-1".
+// A joint's name without the arm's: "joint-1" of "arm-1-joint-1".
 export function shortJoint(name: string, arm: Arm): string {
   const rest = name.startsWith(arm.name) ? name.slice(arm.name.length).replace(/^[-_. ]+/, "") : name;
   return rest || name;

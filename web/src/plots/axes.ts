@@ -1,4 +1,4 @@
-// Ranges and ticks of axes, for the screen and for files alike. A logarithmic axis has log10 of its values.
+// Ranges and ticks of axes, for both screen and files. A logarithmic axis has log10 of its values.
 
 export interface Range {
   min: number;
@@ -21,7 +21,7 @@ function niceStep(rough: number): number {
   return power * (part <= 1 ? 1 : part <= 2 ? 2 : part <= 5 ? 5 : 10);
 }
 
-// Whole decades, or every second, third, ... of them.
+// Whole decades, or every second, third, ... decade.
 export function decadeTicks(range: Range, count: number): number[] {
   const step = Math.max(1, Math.ceil((range.max - range.min) / Math.max(1, count)));
   const result: number[] = [];
@@ -29,7 +29,7 @@ export function decadeTicks(range: Range, count: number): number[] {
   return result;
 }
 
-// With the decimals that the step between ticks asks for.
+// With as many decimals as the step between ticks requires.
 export function tickTexts(values: number[]): string[] {
   if (values.length === 0) return [];
   const step = values.length > 1 ? values[1] - values[0] : Math.abs(values[0]) || 1;
@@ -69,8 +69,8 @@ export function padded(low: number, high: number): Range {
   return { min: low - room, max: high + room };
 }
 
-// The range of the data with the limits that lie near it: what is far away would press the lines flat, and is named at
-// the edge instead.
+// The range of the data with the limits close to it. Distant limits would flatten the lines; they are named at the edge
+// instead.
 export function withLimits(low: number, high: number, limits: readonly number[]): { low: number; high: number } {
   if (!(high >= low)) return limits.length > 0 ? { low: Math.min(...limits), high: Math.max(...limits) } : { low, high };
   const room = 1.5 * Math.max(high - low, 0.25 * Math.max(Math.abs(low), Math.abs(high)));
@@ -78,12 +78,12 @@ export function withLimits(low: number, high: number, limits: readonly number[])
   return { low: Math.min(low, ...near), high: Math.max(high, ...near) };
 }
 
-// Smallest and largest of what is shown within a window of time; null: nothing.
+// Minimum and maximum of the values within a time window; null: none.
 export function extent(time: ArrayLike<number>, values: ArrayLike<number>, window: Range): Range | null {
   let min = Infinity;
   let max = -Infinity;
   for (let i = 0; i < values.length; ++i) {
-    // A sample just outside counts where the line enters or leaves the window.
+    // A sample just outside contributes the value at which the line enters or leaves the window.
     const near =
       (time[i] >= window.min || (i + 1 < time.length && time[i + 1] > window.min)) &&
       (time[i] <= window.max || (i > 0 && time[i - 1] < window.max));
@@ -104,13 +104,13 @@ function clippedAtEdges(time: ArrayLike<number>, values: ArrayLike<number>, i: n
   return values[i] + ((edge - time[i]) / step) * (values[other] - values[i]);
 }
 
-// log10, with zeros and what is below the floor at the axis's bottom.
+// log10, with zeros and values below the floor at the bottom of the axis.
 export function logValues(values: Float64Array, floor: number): Float64Array {
   return values.map((v) => (Number.isNaN(v) ? NaN : Math.log10(Math.max(v, floor))));
 }
 
-// The decade below the smallest positive value, but not below what rounding of numbers near 1 leaves (10^-18), unless
-// all values lie there.
+// The decade below the smallest positive value, but not below rounding errors of numbers near 1 (10^-18), unless all
+// values are smaller.
 export function logFloor(lines: Float64Array[]): number {
   let least = Infinity;
   let most = 0;

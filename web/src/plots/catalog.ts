@@ -1,4 +1,4 @@
-// Which plots a run has, from the series it has. Nothing here is drawn or computed yet.
+// The plots that a run offers, given its series. Nothing is drawn or computed here.
 import { lineStyle } from "../colors";
 import { NamedRoles, roleStyles } from "../roles";
 import type { Run } from "../run";
@@ -22,7 +22,7 @@ import {
 } from "./lines";
 import { lazily, type PlotSpec } from "./spec";
 
-// In the order in which a capture is read: how it moved, what it met, what became of it.
+// In the order of a capture: motion, contact, results.
 const kGroups = [
   "Joints",
   "End-effectors",
@@ -39,7 +39,7 @@ const kGroups = [
   "Other",
 ];
 
-// The overview first; `absent`: what it lacks, and why.
+// The overview first; `absent`: missing plots, with reasons.
 export interface Catalog {
   plots: PlotSpec[];
   absent: string[];
@@ -242,7 +242,7 @@ function energyPlots(context: Context): PlotSpec[] {
   return [...plots, ...externalPlots(context)];
 }
 
-// Impulses from outside, where there are any.
+// Impulses of external forces, if any.
 function externalPlots(context: Context): PlotSpec[] {
   const plots: PlotSpec[] = [];
   for (const [path, title, rotation] of [
@@ -264,7 +264,7 @@ function externalPlots(context: Context): PlotSpec[] {
   return plots;
 }
 
-// Series that this viewer does not know: newer than it, or of another kind of run.
+// Series unknown to this viewer: from a newer version, or of another kind of run.
 function otherPlots(context: Context): PlotSpec[] {
   context.used.add("system/center_of_mass");
   const unknown = context.run

@@ -1,5 +1,4 @@
-// Plots of what drives the base: its control torque, reaction wheels against their limits, gyros and thrusters; and of what
-// sensors read.
+// Plots of base control: torque, reaction wheels against their limits, gyros and thrusters; and of sensor readings.
 import { label } from "../format";
 import { list, num } from "../page/read";
 import { column, componentLine, derivedLine, take, vectorLines, type Context } from "./lines";
@@ -9,7 +8,7 @@ export function controlPlots(context: Context): PlotSpec[] {
   return [...torquePlot(context), ...wheelPlots(context), ...gyroPlots(context), ...sensorPlots(context)];
 }
 
-// By the last part of a series' path.
+// Grouped by the last part of the series' path.
 const kRead: Record<string, [title: string, axis: string]> = {
   measured_position: ["Position as read", "position"],
   measured_velocity: ["Rates that the laws see", "rate"],
@@ -79,7 +78,7 @@ function gyroPlots(context: Context): PlotSpec[] {
   ];
 }
 
-// A line for each of an array's actuators.
+// One line for each actuator of an array.
 function plotOfAll(context: Context, path: string, title: string, axis: string, limits: Limit[], note?: string): PlotSpec[] {
   const series = take(context, path);
   if (!series) return [];
@@ -87,7 +86,7 @@ function plotOfAll(context: Context, path: string, title: string, axis: string, 
   return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits, note }];
 }
 
-// Wheels may differ: each against its own capacity.
+// Wheels may differ: each relative to its own capacity.
 function capacityPlot(context: Context): PlotSpec[] {
   const rate = take(context, "wheels/rate");
   if (!rate) return [];
@@ -110,7 +109,7 @@ function capacityPlot(context: Context): PlotSpec[] {
   ];
 }
 
-// A limit that all have alike, on both sides of zero; none where they differ.
+// A limit common to all, on both sides of zero; none if they differ.
 function common(values: (number | null)[], text: string): Limit[] {
   const first = values[0];
   if (first === undefined || first === null || values.some((value) => value !== first)) return [];

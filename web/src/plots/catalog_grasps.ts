@@ -1,4 +1,4 @@
-// Plots of end-effectors and their grasps: motion against the grasp points', distances, loads, closure of loops.
+// Plots of end-effectors and their grasps: motion relative to the grasp points, distances, loads, loop closure.
 import type { Vec3 } from "../data";
 import { label } from "../format";
 import { checkOf } from "../page/facts";
@@ -30,7 +30,7 @@ interface Grasp {
   position: Vec3; // of the grasp point in the target's frame
 }
 
-// What an end-effector is to grasp, by the scene.
+// The grasp point assigned to an end-effector in the scene.
 function graspOf(run: Run, endEffector: string): Grasp | null {
   const grasp = run.scene?.grasps?.find((one) => one.end_effector === endEffector);
   const point = run.scene?.grasp_points?.find((one) => one.target === grasp?.target && one.name === grasp?.grasp_point);
@@ -104,7 +104,7 @@ function velocityPlots(context: Context, name: string): PlotSpec[] {
   });
 }
 
-// How fast the end-effectors move against their grasp points.
+// Relative velocities of the end-effectors to their grasp points.
 function closingPlots(context: Context, all: string[]): PlotSpec[] {
   const style = roleStyles();
   const lines = all.flatMap((name) => {
@@ -156,7 +156,7 @@ function distancePlot(context: Context): PlotSpec[] {
   ];
 }
 
-// Loads on grasps while they hold; for a compliant impact also during the impact.
+// Loads on closed grasps; for a compliant impact also during the impact.
 export function contactPlots(context: Context): PlotSpec[] {
   const all = names(context.run, "grasps");
   const magnitudePlot = (quantity: "force" | "moment"): PlotSpec => {
@@ -182,7 +182,7 @@ export function contactPlots(context: Context): PlotSpec[] {
   return [...plots, ...during.flatMap((phase, k) => historyPlots(context, all, phase, k))];
 }
 
-// Nothing but the samples of a phase: those of its neighbours have the same times where it begins and ends.
+// Only the samples of a phase: adjacent phases have samples at the same times at its begin and end.
 function within(line: Line, phase: PhaseSpan): Line {
   return {
     ...line,
@@ -258,7 +258,7 @@ export function loopPlots(context: Context): PlotSpec[] {
   });
 }
 
-// The ledger's bound, to see how far below it everything stays.
+// With the ledger's bound, to show the margin.
 function boundLine(context: Context, row: string, unit: string): Line[] {
   const bound = checkOf(context.run.summary, row)?.bound;
   if (typeof bound !== "number" || !(bound > 0)) return [];

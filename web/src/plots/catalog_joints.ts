@@ -1,4 +1,4 @@
-// Plots of joints, arm by arm: angles, rates, how far they are from what they follow, motor torques, friction.
+// Plots of joints, arm by arm: angles, rates, tracking errors, motor torques, friction.
 import { lineStyle } from "../colors";
 import { columnHead, label } from "../format";
 import type { Series } from "../run";
@@ -50,7 +50,7 @@ function quantityPlots(context: Context, arm: Arm, quantity: Quantity): PlotSpec
   });
 }
 
-// What the joints' angles lack to the reference; nothing where they follow none.
+// Tracking errors of the joint angles; no values without a reference.
 function trackingPlots(context: Context, all: Arm[]): PlotSpec[] {
   const position = context.run.series("joints/position");
   const reference = take(context, "joints/reference_position");

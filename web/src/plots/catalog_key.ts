@@ -1,5 +1,5 @@
-// The six plots that a report shows first, with the limits that count: distance and relative speed at the grasp points, grasp
-// force, base rate, clearance, energy, worst margin to a rating.
+// The six plots that a report displays first, with the relevant limits: distance and relative speed at the grasp
+// points, grasp force, base rate, clearance, energy, worst margin to a rating.
 import { label } from "../format";
 import { allImpacts } from "../page/facts";
 import type { Run } from "../run";
@@ -9,7 +9,7 @@ import type { Limit, Line, PlotSpec } from "./spec";
 
 export const kOverview = "Overview";
 
-// Of all plots of a run these six, as far as it has them, and why it lacks the others.
+// Selects these six of all plots of a run, as far as available, with reasons for the missing ones.
 export function overviewOf(context: Context, all: PlotSpec[]): { plots: PlotSpec[]; absent: string[] } {
   const absent: string[] = [];
   const plots: PlotSpec[] = [];
@@ -72,7 +72,7 @@ interface Rated {
   rating: number;
 }
 
-// Of all phases, or of the impacts in results of earlier versions.
+// For all phases; for results of earlier versions, for the impacts.
 export function ratingsOf(run: Run): Rated[] {
   const s = run.summary ?? {};
   const found = new Map<string, Rated>();
@@ -89,7 +89,7 @@ function ratingLimits(run: Run, quantity: string): Limit[] {
   return merged(own.map(({ of, rating }) => ({ name: of, value: rating })), "rating");
 }
 
-// One line where all have one value.
+// One line if all values are equal.
 function merged(values: { name: string; value: unknown }[], what: string): Limit[] {
   const known = values.filter((one): one is { name: string; value: number } => typeof one.value === "number" && Number.isFinite(one.value));
   const distinct = [...new Set(known.map((one) => one.value))];
@@ -119,7 +119,7 @@ function marginPlot(context: Context): PlotSpec | undefined {
   };
 }
 
-// Of the loads in the time series, at every sample.
+// For the loads in the time series, at every sample.
 function sampledMargin(context: Context): Line[] {
   const { run } = context;
   const loads = ratingsOf(run).flatMap(({ of, quantity, rating }) => {
@@ -151,7 +151,7 @@ function loadSeries(run: Run, of: string, quantity: string): (() => ArrayLike<nu
   return () => Float64Array.from({ length: run.samples }, (_, i) => series.data[i * series.width + joint]);
 }
 
-// Of each phase as a whole, also between the samples: a step per phase.
+// For each phase as a whole, including the time between samples: one step per phase.
 function phaseMargin(context: Context): Line[] {
   const { run } = context;
   const worst = new Map<string, number>();

@@ -1,4 +1,4 @@
-// Plots of two runs in one: A solid, B dashed; or their difference.
+// Plots of two runs combined: A solid, B dashed; or their difference.
 import type { Run } from "../run";
 import { difference, type Sampled } from "./jumps";
 import { lazily, type Limit, type Line, type PlotSpec } from "./spec";
@@ -42,7 +42,7 @@ function marked(lines: Line[], run: "A" | "B"): Line[] {
   );
 }
 
-// Lines that are dashed already get finer dashes in B.
+// Lines that are already dashed have finer dashes in B.
 function dashedLike(line: Line): { dash: number[]; width: number } {
   return { dash: line.dash.length > 0 ? [2, 2] : [6, 3], width: line.width };
 }
@@ -63,7 +63,7 @@ function sampled(run: Run, line: Line): Sampled {
   return { time: run.time, values: line.values(), ranks: run.ranks };
 }
 
-// B minus A of what both have, at A's samples.
+// B minus A for common lines, at A's samples.
 export function differences(plot: PlotSpec, runs: Run[]): Line[] {
   return plot.lines
     .filter((line) => line.run === 0)

@@ -1,5 +1,5 @@
-// A plot's lines as CSV (RFC 4180): time, phase, one column per line with its unit. Of two runs first all rows of A, then
-// of B, told apart by a column `run`.
+// A plot's lines as CSV (RFC 4180): time, phase, one column per line with its unit. For two runs, all rows of A, then
+// those of B, with a column `run`.
 import type { Run } from "../run";
 import type { Line } from "./spec";
 
@@ -30,7 +30,7 @@ function phaseAt(run: Run, sample: number): string {
   return run.phases.find((span) => sample >= span.first && sample <= span.last)?.name ?? "";
 }
 
-// The shortest text of a number of single precision: 0.1, not 0.10000000149.
+// The shortest text of a single-precision number: 0.1, not 0.10000000149.
 export function numberText(value: number): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value > 0 ? "Inf" : "-Inf";
   const single = Math.fround(value);
@@ -41,7 +41,7 @@ export function numberText(value: number): string {
   return String(value);
 }
 
-// Names come from files: quoted where CSV asks for it.
+// Names come from files: quoted if CSV requires it.
 export function field(text: string): string {
   return /[",\r\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
 }

@@ -1,11 +1,11 @@
-// Samples of equal time. At an impact a run has several samples at one instant; a line is to go up or down vertically
-// there. Plots want times that grow, so equal ones are set apart by far less than a pixel of any zoom allowed.
+// Samples of equal time. At an impact a run has several samples at one instant, where lines must be vertical. Plots
+// require increasing times, so equal times are separated by much less than a pixel at any zoom.
 
 import { stateRanks } from "../run";
 
 export const kNudge = 1e-9; // of the whole duration
 
-// The smallest part of the duration that may fill a plot: a nudge then stays below 1/1000 of its width.
+// The smallest part of the duration that may fill a plot: the separation then stays below 1/1000 of its width.
 export const kSmallestWindow = 1e-5;
 
 export function setApart(time: ArrayLike<number>, span: number): Float64Array {
@@ -18,7 +18,7 @@ export function setApart(time: ArrayLike<number>, span: number): Float64Array {
 }
 
 // Value of a line at an instant, linear between samples; at a jump the value after it, or with `before` that before it.
-// With a number for `before`: so many samples of that time before the last.
+// If `before` is a number: that many samples of equal time before the last.
 export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, instant: number, before: boolean | number = false): number {
   const n = time.length;
   if (typeof before === "number") {
@@ -28,7 +28,7 @@ export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, inst
   }
   if (n === 0 || instant < time[0] || instant > time[n - 1]) return NaN;
   let low = 0;
-  let high = n - 1; // ends at the last sample that is not after the instant (with `before`: first that is not before it)
+  let high = n - 1; // ends at the last sample not after the instant (with `before`: the first not before it)
   while (low < high) {
     const mid = before ? (low + high) >> 1 : (low + high + 1) >> 1;
     if (before) {
@@ -43,7 +43,7 @@ export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, inst
   return values[low] + part * (values[next] - values[low]);
 }
 
-// The last sample that is not after the instant; -1: none.
+// The last sample not after the instant; -1: none.
 function valueIndex(time: ArrayLike<number>, instant: number): number {
   let [low, high] = [-1, time.length - 1];
   while (low < high) {
@@ -54,19 +54,19 @@ function valueIndex(time: ArrayLike<number>, instant: number): number {
   return low;
 }
 
-// A line's samples with their times, and which of the different states of its time each shows (Run.ranks); without it, as
-// the values themselves say.
+// A line's samples with their times, and for each the index of its state among the states of equal time (Run.ranks);
+// without it, equal values mean equal states.
 export interface Sampled {
   time: ArrayLike<number>;
   values: ArrayLike<number>;
   ranks?: ArrayLike<number>;
 }
 
-// Times that are one instant for two runs, whose impacts are found to rounding: relative to the time's size.
+// Tolerance for equal times of two runs, whose impact times have rounding errors: relative to the time.
 const kSameInstant = 1e-9;
 
-// B minus A at the samples of A. At an instant with several states each is compared with its like: what is before a jump
-// with what is before it, what is after with what is after.
+// B minus A at the samples of A. At an instant with several states, corresponding states are compared: those before a
+// jump, and those after it.
 export function difference(a: Sampled, b: Sampled): Float64Array {
   const [ranksA, ranksB] = [a, b].map(({ time, values, ranks }) => ranks ?? stateRanks(time, (i, k) => values[i] === values[k]));
   const result = new Float64Array(a.time.length);
@@ -90,8 +90,8 @@ export function difference(a: Sampled, b: Sampled): Float64Array {
   return result;
 }
 
-// The sample of B's between `begin` and `end` that shows the state of that rank; where B has fewer states or more, its last
-// stands for the last, and the others are counted from the first.
+// The sample of B between `begin` and `end` with the state of that rank. If B has another number of states, the last
+// corresponds to the last, and the others are counted from the first.
 function like(rank: number, lastRank: number, ranks: ArrayLike<number>, begin: number, end: number): number {
   if (rank === lastRank) return end - 1;
   const most = ranks[end - 1] - (ranks[end - 1] > 0 ? 1 : 0);
@@ -99,8 +99,8 @@ function like(rank: number, lastRank: number, ranks: ArrayLike<number>, begin: n
   return begin;
 }
 
-// Lines of several time bases on a common one, for uPlot: where a line has no sample `undefined` lets it pass straight
-// through; NaN becomes null, a gap.
+// Lines with several time bases on a common one, for uPlot: `undefined` where a line has no sample, which uPlot skips;
+// NaN becomes null, a gap.
 export function onCommonTime(
   times: Float64Array[],
   lines: { run: number; values: Float64Array }[],

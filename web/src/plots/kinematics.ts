@@ -35,8 +35,8 @@ export function pointVelocities(
   return result;
 }
 
-// Rotation vectors of attitudes [rad], samples x 3. Of the vectors that mean one attitude (their angles differ by full
-// turns) the one nearest to the sample before is taken, so that a body that tumbles on does not jump.
+// Rotation vectors of attitudes [rad], samples x 3. Of equivalent vectors, whose angles differ by full turns, the one
+// closest to the previous sample is used, so that continued rotation causes no jumps.
 export function rotationVectors(attitude: ArrayLike<number>): Float64Array {
   const samples = Math.floor(attitude.length / 4);
   const result = new Float64Array(samples * 3);
@@ -52,7 +52,7 @@ export function rotationVectors(attitude: ArrayLike<number>): Float64Array {
 function rotationVector(q: Quat, near: Vec3): Vec3 {
   const sine = Math.hypot(q[1], q[2], q[3]);
   const angle = 2 * Math.atan2(sine, q[0]);
-  // At zero rotation the axis is open: that of before serves for full turns.
+  // At zero rotation the axis is undefined: the previous axis is used for full turns.
   const size = Math.hypot(...near);
   const axis: Vec3 =
     sine > 1e-12

@@ -1,4 +1,4 @@
-// Lines from series: what the lists of plots are made with.
+// Construction of lines from series, for the catalogs of plots.
 import { columnHead } from "../format";
 import type { NamedRoles } from "../roles";
 import type { Run, Series } from "../run";
@@ -9,7 +9,7 @@ export interface Context {
   run: Run;
   index: number; // of the run in the report
   planar: boolean;
-  used: Set<string>; // paths that some plot shows
+  used: Set<string>; // paths that any plot displays
   roles: NamedRoles;
 }
 
@@ -66,7 +66,7 @@ export function column(data: ArrayLike<number>, width: number, component: number
   return result;
 }
 
-// x, y, z; of planar motion x and y, or of rotations z.
+// x, y, z; for planar motion x and y, or z for rotations.
 export function components(context: Context, rotation: boolean): number[] {
   return context.planar ? (rotation ? [2] : [0, 1]) : [0, 1, 2];
 }

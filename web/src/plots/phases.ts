@@ -1,5 +1,5 @@
-// What plots shade: the phases of the first run; of a second one when its contacts begin, where the first's do not; of
-// each what is beyond validity, since bodies overlap.
+// Shaded intervals: the phases of the first run; the contacts of a second run, if they begin at other times; for each
+// run the interval beyond validity, after bodies overlap.
 import { kBeyond } from "../colors";
 import type { Run } from "../run";
 

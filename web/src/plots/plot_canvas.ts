@@ -17,16 +17,16 @@ export interface CanvasSettings {
   lines: Line[];
   shown: boolean[]; // per line
   log: boolean;
-  shaded: boolean; // phases are
+  shaded: boolean; // whether phases are shaded
   xTitle: string;
   yTitle: string;
-  rightTitle?: string; // of the axis at the right; without it there is none
+  rightTitle?: string; // of the right axis; without it there is none
   limits: Limit[];
   window: [number, number];
   width: number;
   height: number;
-  zoomed: (min: number, max: number) => void; // the user chose a part of time
-  reset: () => void; // the user wants all of it
+  zoomed: (min: number, max: number) => void; // the user selected a time window
+  reset: () => void; // the user requested the full range
 }
 
 // uPlot scales fonts by the screen's pixels only if their size is a whole number of px.
@@ -63,7 +63,7 @@ export class PlotCanvas {
   recolor(): void {
     this.plot.redraw(false, true);
   }
-  // The instant at the cursor, or null where it is outside of what is shown.
+  // The instant at the cursor, or null if it is outside the displayed range.
   cursorTime(): number | null {
     return this.cursor.hidden ? null : this.plot.posToVal(parseFloat(this.cursor.dataset.left ?? "0"), "x");
   }
@@ -135,7 +135,7 @@ export class PlotCanvas {
     if (width > 5) this.settings.zoomed(plot.posToVal(left, "x"), plot.posToVal(left + width, "x"));
   }
 
-  // The pointer leads the clock: hovering while nothing plays, a click always, a finger drawn along the plot.
+  // The pointer sets the clock: by hovering during pauses, by a click at any time, or by dragging with a finger.
   private follow(): void {
     const { over } = this.plot;
     const { clock } = this.settings;
@@ -146,7 +146,7 @@ export class PlotCanvas {
       if (event.pointerType === "mouse" && (clock.playing || event.buttons !== 0)) return;
       lead(event);
     });
-    // A finger that begins to scroll the page presses too: of fingers only a tap counts.
+    // Scrolling begins with a press, too: for touch only a tap sets the clock.
     const press = (event: PointerEvent): void => {
       if (event.button !== 0) return;
       clock.pause();
@@ -171,7 +171,7 @@ function flat(low: number | null, high: number | null, limits: number[]): [numbe
   return [range.min, range.max];
 }
 
-// Across the plot, with its name and value; at the edge where it lies outside.
+// A horizontal line with name and value; at the edge if it is outside the range.
 function drawLimits(plot: uPlot, limits: Limit[]): void {
   if (limits.length === 0) return;
   const { ctx, bbox } = plot;
@@ -207,7 +207,7 @@ function drawLimits(plot: uPlot, limits: Limit[]): void {
   ctx.restore();
 }
 
-// Texts do not overlap.
+// Texts must not overlap.
 function clear(wish: number, taken: number[], height: number): number {
   let at = wish;
   while (taken.some((other) => Math.abs(other - at) < height)) at += height;
@@ -255,7 +255,7 @@ function axis(title: string, side: uPlot.Axis.Side, log = false): uPlot.Axis {
   };
 }
 
-// Phases that last are shaded below everything; instants are lines above the grid.
+// Phases with a duration are shaded below everything; instants are lines above the grid.
 function shadePhases(plot: uPlot, runs: Run[], lasting: boolean): void {
   const { ctx, bbox } = plot;
   ctx.save();

@@ -40,7 +40,7 @@ export function pictureOf(
   });
 }
 
-// The SVG drawn at `scale` times its size.
+// Renders the SVG at `scale` times its size.
 export async function pngOf(svg: string, scale: number): Promise<Blob> {
   const url = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
   try {

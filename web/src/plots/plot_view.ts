@@ -1,4 +1,4 @@
-// One plot on the page: its frame, legend with values at the cursor, buttons; drawn when it is first seen.
+// One plot on the page: frame, legend with values at the cursor, buttons; drawn when it first becomes visible.
 import type { Clock } from "../clock";
 import { element, download } from "../dom";
 import { number } from "../format";
@@ -16,7 +16,7 @@ export interface PlotEnvironment {
   runs: Run[];
   clock: Clock;
   window: TimeWindow;
-  fileName: string; // begins the names of exported files
+  fileName: string; // prefix of the names of exported files
 }
 
 const kFileSize = { width: 560, height: 330 };
@@ -28,9 +28,9 @@ export class PlotView {
   private lines: Line[];
   private shown: boolean[];
   private log: boolean;
-  private subtracted = ""; // in front of titles of differences
+  private subtracted = ""; // prefix of titles of differences
   private canvas: PlotCanvas | null = null;
-  private own: [number, number] | null = null; // zoomed by itself
+  private own: [number, number] | null = null; // zoomed separately
   private readonly heading = element("h3");
   private readonly body = element("div", { class: "plot-body", tabindex: "0", role: "slider" });
   private readonly legend = element("div", { class: "plot-legend" });
@@ -85,7 +85,7 @@ export class PlotView {
     this.readValues();
   }
 
-  // Other lines for the same quantity: those of two runs, or what they differ by.
+  // Replaces the lines of the quantity: those of two runs, or their difference.
   setLines(lines: Line[], difference: boolean): void {
     this.lines = lines;
     this.log = !difference && (this.spec.log ?? false);
@@ -195,7 +195,7 @@ export class PlotView {
     action();
   }
 
-  // ---- What is around the plot ----
+  // ---- Elements around the plot ----
 
   private frame(): HTMLElement {
     const { spec, environment } = this;
@@ -306,7 +306,7 @@ function button(text: string, title: string, action: () => void): HTMLButtonElem
   return made;
 }
 
-// A segment of the line with its dashes.
+// A sample of the line with its dashes.
 function paint(swatch: HTMLElement, line: Line): void {
   const color = lineColor(line.color);
   const [on, off] = line.dash;

@@ -1,4 +1,4 @@
-// All plots of a report: in groups that can be switched off, drawn when scrolled to, led by one clock.
+// All plots of a report: in groups that can be hidden, drawn when scrolled into view, synchronized by one clock.
 import type { Clock } from "../clock";
 import { element } from "../dom";
 import { words } from "../page/read";
@@ -17,7 +17,7 @@ export interface PlotHandle {
   group: string;
   readonly series: string[];
   readonly built: boolean;
-  cursorTime(): number | null; // null: not drawn, or the instant is outside of what it shows
+  cursorTime(): number | null; // null: not drawn, or the instant is outside the displayed range
 }
 
 export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileName: string): PlotHandle[] {
@@ -51,7 +51,7 @@ function specsOf(runs: Run[]): Catalog {
   return { plots: regrouped(overlay(a.plots, b.plots)), absent: lacking(a.absent, b.absent) };
 }
 
-// What only B has joins its group.
+// Plots that only B has are placed in their group.
 function regrouped(plots: PlotSpec[]): PlotSpec[] {
   const groups = [...new Set(plots.map((plot) => plot.group))].sort((x, y) => Number(y === kOverview) - Number(x === kOverview));
   return groups.flatMap((group) => plots.filter((plot) => plot.group === group));
@@ -72,7 +72,7 @@ function handle(view: PlotView): PlotHandle {
   };
 }
 
-// The overview stands open, the others are folded.
+// The overview is open, the other groups are folded.
 function groupSections(views: PlotView[]): Map<string, HTMLElement> {
   const sections = new Map<string, HTMLElement>();
   const grids = new Map<string, HTMLElement>();
@@ -180,7 +180,7 @@ function differenceChoice(views: PlotView[], runs: Run[]): HTMLElement {
   return element("label", {}, "Lines ", select);
 }
 
-// ---- When plots are drawn ----
+// ---- Deferred drawing ----
 
 function drawWhenSeen(views: PlotView[]): void {
   const byRoot = new Map<Element, PlotView>(views.map((view) => [view.root, view]));
@@ -204,7 +204,7 @@ function drawWhenSeen(views: PlotView[]): void {
   }
 }
 
-// Cursors move with every change; texts, which cost more, at most every 60 ms and once more at the end.
+// Cursors are updated at every change; texts, which are slower, at most every 60 ms and once at the end.
 function followClock(views: PlotView[], clock: Clock): void {
   let due = 0;
   clock.listen(() => {
@@ -222,7 +222,7 @@ function followClock(views: PlotView[], clock: Clock): void {
   });
 }
 
-// For printing every plot is a separate drawing in black on white, including plots that were not visible.
+// In print every plot is a separate drawing in black on white, including plots that were not visible.
 function forPrinting(views: PlotView[]): void {
   window.addEventListener("beforeprint", () => views.forEach((view) => view.preparePrint()));
   window.addEventListener("afterprint", () => views.forEach((view) => view.endPrint()));

@@ -1,4 +1,4 @@
-// What a plot shows, without how it is drawn: lines over the samples of one run or two. Screen, SVG and CSV are made from it.
+// The contents of a plot, independent of drawing: lines over the samples of one run or two. Screen, SVG and CSV use it.
 
 export interface Line {
   key: string; // the same quantity in two runs has the same key
@@ -9,12 +9,12 @@ export interface Line {
   color: string; // a role of colors.ts, or "#rrggbb"; "ink": the page's own
   dash: number[];
   width: number; // [px]
-  hidden?: boolean; // at first; a click in the legend shows it
-  right?: boolean; // by the axis at the right
-  values: () => Float64Array; // per sample of its run; NaN: nothing to show
+  hidden?: boolean; // initially hidden; a click in the legend displays it
+  right?: boolean; // uses the right axis
+  values: () => Float64Array; // per sample of its run; NaN: no value
 }
 
-// A value that is not to be passed, drawn across the plot.
+// A limit, drawn across the plot.
 export interface Limit {
   label: string; // "rating of tip-1"
   value: number;
@@ -31,12 +31,12 @@ export interface PlotSpec {
   lines: Line[];
   limits?: Limit[];
   log?: boolean;
-  window?: [number, number]; // the part of time that it is about [s]; else everything
+  window?: [number, number]; // relevant part of time [s]; else everything
   note?: string;
   xTitle?: string;
 }
 
-// Computes once, when first asked for: a page opens before all lines are known.
+// Computes on first use: a page opens before all lines are computed.
 export function lazily(compute: () => Float64Array): () => Float64Array {
   let known: Float64Array | null = null;
   return () => (known ??= compute());

@@ -1,5 +1,5 @@
-// A plot as an SVG text for papers and printing: white, black axes, its own legend; no style sheets, so that every
-// program draws it alike.
+// A plot as SVG text for papers and printing: white, black axes, its own legend; no style sheets, so that all programs
+// draw the same picture.
 import { number } from "../format";
 import { decadeText, decadeTicks, extent, padded, tickTexts, ticks, withLimits, type Range } from "./axes";
 
@@ -8,7 +8,7 @@ export interface SvgLine {
   color: string;
   dash: number[];
   width: number;
-  right?: boolean; // by the axis at the right
+  right?: boolean; // uses the right axis
   time: ArrayLike<number>;
   values: ArrayLike<number>; // of a logarithmic axis: log10
 }
@@ -160,7 +160,7 @@ function phaseRect(phase: SvgPlot["phases"][number], window: Range, toX: Scale, 
   return `<rect x="${px(left)}" y="${px(box.top)}" width="${px(width)}" height="${px(box.bottom - box.top)}" fill="${color}" fill-opacity="${opacity}"><title>${escaped(phase.name)}</title></rect>`;
 }
 
-// "rgba(0,114,178,0.07)" as a colour and an opacity, which all programs know.
+// "rgba(0,114,178,0.07)" as a colour and an opacity, which all programs support.
 export function solid(color: string): [string, number] {
   const found = /^rgba\((\d+),\s*(\d+),\s*(\d+),\s*([\d.]+)\)$/.exec(color);
   return found
@@ -168,7 +168,7 @@ export function solid(color: string): [string, number] {
     : [color === "transparent" ? "none" : color, 1];
 }
 
-// Points that would move the pen by less than a twentieth of a pixel are left out.
+// Omits points that would move the pen by less than a twentieth of a pixel.
 function path(line: SvgLine, window: Range, toX: Scale, toY: Scale): string {
   let d = "";
   let pen = false;
@@ -233,7 +233,7 @@ function px(value: number): string {
   return String(Math.round(value * 100) / 100);
 }
 
-// Names come from files that anyone may have written; control characters are not allowed in XML at all.
+// Names come from untrusted files; control characters are not allowed in XML.
 export function escaped(text: string): string {
   return text
     .replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f\ufffe\uffff]/g, "\ufffd")

@@ -1,4 +1,4 @@
-// The page's colours for canvases, which know no style sheets.
+// The page's colours for canvases, which do not support style sheets.
 
 import { knownRole } from "../colors";
 
@@ -16,7 +16,7 @@ window.addEventListener("grapnel-theme", update);
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", update);
 kForced.addEventListener("change", update);
 
-// Where the reader's system chooses the colours, the page's background tells.
+// If the user's system chooses the colours, the page's background determines the scheme.
 function isDark(): boolean {
   const named = css("--scheme") === "dark";
   return kForced.matches ? isDarkColor(getComputedStyle(document.body).backgroundColor, named) : named;
@@ -36,7 +36,7 @@ export function onThemeChange(listener: () => void): void {
   listeners.add(listener);
 }
 
-// Lighter on dark pages, so that thin lines stay readable.
+// Lighter on dark pages, so that thin lines remain visible.
 const kOnDark: Record<string, string> = {
   "#0072b2": "#5a8ff5",
   "#d55e00": "#ff7a45",
@@ -48,7 +48,7 @@ const kOnDark: Record<string, string> = {
   "#777777": "#a0a0a0",
 };
 
-// Of a role of colors.ts, "ink", or a colour.
+// Colour of a role of colors.ts, of "ink", or the colour itself.
 export function lineColor(color: string): string {
   if (cache["--scheme"] === undefined) dark = isDark();
   if (color === "ink") return css("--ink");

@@ -1,10 +1,10 @@
-// The part of time that plots show: one for all of them. A plot leaves it when it is zoomed by itself.
+// The displayed part of time, shared by all plots. A plot that is zoomed separately has its own.
 import { kSmallestWindow } from "./jumps";
 
 export class TimeWindow {
   min: number;
   max: number;
-  linked = false; // zooming one plot zooms all
+  linked = false; // zooming one plot zooms all plots
   private readonly listeners = new Set<() => void>();
 
   constructor(
@@ -26,7 +26,7 @@ export class TimeWindow {
     this.listeners.add(listener);
   }
 
-  // Within the run, and not smaller than what plots can resolve.
+  // Within the run, and not smaller than the resolution of plots.
   allowed(min: number, max: number): [number, number] {
     const span = this.end > this.begin ? this.end - this.begin : 1;
     const least = span * kSmallestWindow;

@@ -1,4 +1,4 @@
-// Arrows of vectors: a shaft and a head, lit by nothing, and shining faintly through bodies.
+// Arrows of vectors: a shaft and a head, unlit, faintly visible through bodies.
 import { ConeGeometry, CylinderGeometry, Group, Mesh, Quaternion, Vector3 } from "three";
 import type { Paints } from "./palette";
 
@@ -30,7 +30,7 @@ export class Arrow {
     this.object.visible = false;
   }
 
-  // An arrow of that direction and length [m] from `origin`; hidden if it is too short to have a direction.
+  // An arrow with that direction and length [m] from `origin`; hidden if it is too short to have a direction.
   set(origin: Vector3, direction: Vector3, length: number): void {
     const size = direction.length();
     this.object.visible = length > 0.5 * this.thickness && size > 0;

@@ -1,13 +1,13 @@
-// One run's bodies as a tree of solids, moved to where the run has them at an instant.
+// The bodies of one run as a tree of solids, posed at an instant.
 import { BoxGeometry, Group, Vector3 } from "three";
 import type { Scene, SceneBody, SceneShape } from "../data";
 import { rolesOf } from "../roles";
 import type { Instant, Run } from "../run";
-import { piecesThatBend } from "./bending";
+import { flexibleSegments } from "./bending";
 import { inertiaBox } from "./inertia";
 import type { Paints } from "./palette";
 import { poseAt, type PoseTrack, poseTrack } from "./poses";
-import { geometrySolid, handSolid, jointSolid, type Look, rod, solid } from "./shapes";
+import { geometrySolid, gripperSolid, jointSolid, type Appearance, rod, solid } from "./shapes";
 
 export type Style = "solid" | "ghost" | "second";
 
@@ -15,22 +15,22 @@ export interface BodyView {
   body: SceneBody;
   object: Group;
   track: PoseTrack | undefined;
-  radius: number; // about the frame's origin, of what is drawn [m]
+  radius: number; // of the drawn shapes, about the frame's origin [m]
 }
 
 export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style): BodyView[] {
   const roles = rolesOf(scene);
   const rodRadius = rodRadiusOf(scene);
-  const pieces = piecesThatBend(run);
+  const segments = flexibleSegments(run);
   return scene.bodies.map((body) => {
-    const look = lookOf(roles.get(body.name) ?? "base", style);
+    const appearance = appearanceOf(roles.get(body.name) ?? "base", style);
     const object = new Group();
     object.name = body.name;
-    const own = body.geometry.map((shape) => geometrySolid(shape, scene, look, paints)).filter((made) => made !== undefined);
-    for (const part of own.length > 0 ? own : defaultSolids(body, scene, rodRadius, look, paints)) object.add(part);
-    if (body.kind === "link") addJointAndHands(object, body, scene, !pieces.has(body.name), rodRadius, look, paints);
+    const own = body.geometry.map((shape) => geometrySolid(shape, scene, appearance, paints)).filter((made) => made !== undefined);
+    for (const part of own.length > 0 ? own : defaultSolids(body, scene, rodRadius, appearance, paints)) object.add(part);
+    if (body.kind === "link") addJointAndGrippers(object, body, scene, !segments.has(body.name), rodRadius, appearance, paints);
     const track = poseTrack(run, body.series);
-    object.visible = track !== undefined; // a body whose motion is not known is not shown anywhere
+    object.visible = track !== undefined; // bodies without known motion are not displayed
     return { body, object, track, radius: reach(body, scene) };
   });
 }
@@ -39,29 +39,30 @@ export function poseBodies(views: BodyView[], instant: Instant): void {
   for (const view of views) if (view.track) poseAt(view.track, instant, view.object.position, view.object.quaternion);
 }
 
-function lookOf(role: string, style: Style): Look {
+function appearanceOf(role: string, style: Style): Appearance {
   if (style === "ghost") return { role: "ghost", jointRole: "ghost", edgeRole: "ghost", opacity: 0.16 };
   if (style === "second") return { role: "second", jointRole: "second", edgeRole: "second", opacity: 0.3 };
   return { role, jointRole: "joint", edgeRole: "edge", opacity: 1 };
 }
 
 // Links: rods from joint to joint or end-effector. Others: the box of the same inertia.
-function defaultSolids(body: SceneBody, scene: Scene, radius: number, look: Look, paints: Paints): Group[] {
+function defaultSolids(body: SceneBody, scene: Scene, radius: number, appearance: Appearance, paints: Paints): Group[] {
   if (body.kind === "link") {
     const origin = new Vector3();
     return linkEnds(body, scene)
-      .map((end) => rod(origin, end, radius, 0.72, look, paints))
+      .map((end) => rod(origin, end, radius, 0.72, appearance, paints))
       .filter((made) => made !== undefined);
   }
   const box = inertiaBox(body.mass, body.inertia);
   const size = box?.size ?? new Vector3(1, 1, 1).multiplyScalar(0.4 * typicalLink(scene));
-  const made = solid(new BoxGeometry(size.x, size.y, size.z), look, paints, "edges");
+  const made = solid(new BoxGeometry(size.x, size.y, size.z), appearance, paints, "edges");
   made.position.set(...body.com);
   if (box) made.quaternion.copy(box.quaternion);
   return [made];
 }
 
-// Where a link leads to, in its frame: its children's joints, else its end-effectors, else twice the way to its centre of mass.
+// End points of a link, in its frame: its children's joints, else its end-effectors, else twice the position of its
+// centre of mass.
 function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
   const ends = scene.bodies.filter((b) => b.parent === body.name && b.joint).map((b) => new Vector3(...b.joint!.position));
   for (const e of scene.end_effectors) if (e.body === body.name) ends.push(new Vector3(...e.position));
@@ -69,25 +70,25 @@ function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
   return ends;
 }
 
-function addJointAndHands(object: Group, body: SceneBody, scene: Scene, showsJoint: boolean, rodRadius: number, look: Look, paints: Paints): void {
+function addJointAndGrippers(object: Group, body: SceneBody, scene: Scene, showsJoint: boolean, rodRadius: number, appearance: Appearance, paints: Paints): void {
   const tube = body.geometry.find((g) => (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0);
   const girth = tube ? tube.size[0] : rodRadius;
   if (body.joint && showsJoint && !body.geometry.some((g) => g.shape === "mesh")) {
-    // In the joint's frame the axis is that of the child's frame too: turning about it moves neither.
-    const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, look, paints);
+    // The joint axis has the same components in both frames of the joint, since rotation about it does not change it.
+    const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, appearance, paints);
     if (made) object.add(made);
   }
   for (const e of scene.end_effectors) {
     if (e.body !== body.name) continue;
     const point = new Vector3(...e.position);
     const outwards = point.lengthSq() > 1e-12 ? point : new Vector3(0, 0, 1);
-    const hand = handSolid(outwards, 1.8 * girth, look, paints);
-    hand.position.copy(point);
-    object.add(hand);
+    const gripper = gripperSolid(outwards, 1.8 * girth, appearance, paints);
+    gripper.position.copy(point);
+    object.add(gripper);
   }
 }
 
-// Distances between joints of chains, in order.
+// Distances between joints of chains, sorted.
 function linkLengths(scene: Scene): number[] {
   const links = scene.bodies.filter((body) => body.kind === "link");
   const lengths = links.flatMap((body) => linkEnds(body, scene).map((end) => end.length()));
@@ -98,7 +99,7 @@ function rodRadiusOf(scene: Scene): number {
   return 0.02 * (typicalLink(scene) + (linkLengths(scene).at(-1) ?? 0));
 }
 
-// The median distance between joints of a chain, or the base's size: what sizes are chosen by.
+// Reference for sizes: the median distance between joints of a chain, or the base's size.
 export function typicalLink(scene: Scene): number {
   const lengths = linkLengths(scene);
   const median = lengths[lengths.length >> 1];
@@ -106,7 +107,7 @@ export function typicalLink(scene: Scene): number {
   return Math.max(...scene.bodies.map((b) => inertiaBox(b.mass, b.inertia)?.size.length() ?? 0), 0.1);
 }
 
-// Radius about the frame's origin of all that is drawn of a body.
+// Radius about the frame's origin of all drawn shapes of a body.
 function reach(body: SceneBody, scene: Scene): number {
   let radius = Math.max(0, ...body.geometry.map((shape) => shapeReach(shape, scene)));
   if (body.geometry.length === 0 && body.kind !== "link") {

@@ -1,5 +1,5 @@
-// The ways to look: inertial, following base or a target, from above without perspective. Following moves the world,
-// not the camera, so that every view keeps its own orbit.
+// Camera views: inertial, following base or a target, orthographic from above. Following moves the world, not the
+// camera, so that every view retains its own orbit.
 import { Box3, type Group, Matrix4, MOUSE, OrthographicCamera, PerspectiveCamera, Quaternion, TOUCH, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { BodyView } from "./bodies";
@@ -19,7 +19,7 @@ export interface ViewSpec {
 interface View extends ViewSpec {
   camera: PerspectiveCamera | OrthographicCamera;
   controls: OrbitControls;
-  touched: boolean; // the user has turned it: a new size of the window leaves it alone
+  touched: boolean; // the user has rotated it: resizing the window does not reset it
   fitted: boolean;
 }
 
@@ -31,7 +31,7 @@ export function turned(offset: Vector3, right: number, up: number): Vector3 {
   return new Vector3(Math.cos(azimuth) * Math.cos(height), Math.sin(azimuth) * Math.cos(height), Math.sin(height)).multiplyScalar(size);
 }
 
-const kFieldOfView = 27; // [deg], upright: little distortion
+const kFieldOfView = 27; // [deg], vertical: small perspective distortion
 const kMargin = 1.06;
 
 export class CameraRig {
@@ -41,19 +41,19 @@ export class CameraRig {
   private width = 16;
   private height = 9;
 
-  // `extent`: what a view must show, relative to the body it follows.
+  // `extent`: the region that a view must contain, relative to the body it follows.
   constructor(
     specs: ViewSpec[],
     first: number,
     private readonly canvas: HTMLElement,
     private readonly extent: (follow: BodyView | null) => Ball[],
-    private readonly direction: Vector3, // from the scene to the camera, of the views with perspective
+    private readonly direction: Vector3, // from the scene to the camera, for perspective views
     private readonly changed: () => void,
   ) {
     this.views = specs.map((spec) => this.make(spec));
     this.current = this.views[first];
     this.current.controls.connect(this.canvas);
-    this.canvas.style.touchAction = "pan-y"; // a finger that goes up or down scrolls the page
+    this.canvas.style.touchAction = "pan-y"; // vertical swipes scroll the page
   }
 
   get list(): readonly ViewSpec[] {
@@ -101,7 +101,7 @@ export class CameraRig {
     this.changed();
   }
 
-  // Rotates about the view target; the view from above follows without rotation.
+  // Rotates about the view target; the orthographic view pans instead.
   orbit(right: number, up: number): void {
     const view = this.current;
     view.touched = true;
@@ -127,7 +127,7 @@ export class CameraRig {
     for (const view of this.views) if (view !== this.current) view.fitted = view.touched;
   }
 
-  // Draws with another aspect, for a picture to print.
+  // Draws with another aspect ratio, for a printed picture.
   as(width: number, height: number, draw: () => void): void {
     const before: [number, number] = [this.width, this.height];
     this.resize(width, height);
@@ -135,7 +135,7 @@ export class CameraRig {
     this.resize(...before);
   }
 
-  // Puts the world where the view wants it: the followed body at the origin.
+  // Places the world for the view: the followed body at the origin.
   frame(world: Group): void {
     const body = this.current.follow?.object;
     world.position.set(0, 0, 0);
@@ -153,7 +153,7 @@ export class CameraRig {
   }
 
   dispose(): void {
-    this.current.controls.disconnect(); // the others never are connected
+    this.current.controls.disconnect(); // the others are never connected
   }
 
   private make(spec: ViewSpec): View {
@@ -172,7 +172,7 @@ export class CameraRig {
     return view;
   }
 
-  // Where the camera sees all balls as large as possible.
+  // The camera position at which all balls are as large as possible.
   private fit(view: View): void {
     const balls = this.extent(view.follow);
     const towards = view.top ? new Vector3(0, 0, 1) : this.direction;
@@ -213,7 +213,7 @@ export class CameraRig {
     return kMargin * distance;
   }
 
-  // The aspect and the range of depths.
+  // Sets the aspect ratio and the range of depths.
   private shape(view: View): void {
     const camera = view.camera;
     const far = camera.position.distanceTo(view.controls.target);

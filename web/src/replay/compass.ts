@@ -1,4 +1,4 @@
-// Which way W's axes point as seen, and how long a metre is: drawn over the picture's corner.
+// Directions of W's axes on the screen, and a scale bar, in the picture's corner.
 import { type Camera, type Group, Quaternion, Vector3 } from "three";
 import { element, svgElement } from "../dom";
 import { number } from "../format";
@@ -12,7 +12,7 @@ export interface ScaleBar {
   pixels: number;
 }
 
-// The longest of 1, 2 or 5 times a power of ten that is not longer than so many pixels.
+// The longest length of 1, 2 or 5 times a power of ten that fits into the given pixels.
 export function scaleBar(unitsPerPixel: number, longest = kLongest): ScaleBar | null {
   const most = unitsPerPixel * longest;
   if (!(most > 0) || !Number.isFinite(most)) return null;
@@ -52,7 +52,7 @@ export class Compass {
     seen.forEach((axis, i) => {
       const [x, y] = [kReach * axis.x, -kReach * axis.y];
       const near = Math.hypot(x, y);
-      const out = near > 3 ? (near + 9) / near : 0; // an axis along the view has its letter at the origin
+      const out = near > 3 ? (near + 9) / near : 0; // the letter of an axis along the view is at the origin
       const paint = color(`axis ${"xyz"[i]}`);
       this.lines[i].setAttribute("x2", x.toFixed(1));
       this.lines[i].setAttribute("y2", y.toFixed(1));
@@ -61,7 +61,7 @@ export class Compass {
       this.letters[i].setAttribute("y", (out ? y * out : 9).toFixed(1));
       this.letters[i].style.fill = paint;
     });
-    const order = [0, 1, 2].sort((a, b) => seen[a].z - seen[b].z); // what comes towards the eye last
+    const order = [0, 1, 2].sort((a, b) => seen[a].z - seen[b].z); // axes towards the viewer are drawn last
     for (const i of order) this.axes.append(this.lines[i].parentElement!);
     this.scale = scaleBar(unitsPerPixel);
     this.bar.style.width = `${this.scale?.pixels.toFixed(1) ?? 0}px`;

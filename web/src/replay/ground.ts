@@ -1,5 +1,5 @@
-// The plane below everything: a grid fixed in W that fades outwards, and the sun's shadows on it. What drifts slowly is seen to
-// drift over it.
+// The plane below the scene: a grid fixed in W that fades outwards, with the shadows of the bodies. It makes slow drift
+// visible.
 import { BufferGeometry, Float32BufferAttribute, Group, LineSegments, Mesh, PlaneGeometry, ShadowMaterial, Vector3 } from "three";
 import type { Paints } from "./palette";
 
@@ -8,7 +8,7 @@ export interface Ground {
   step: number; // of the grid [m]
 }
 
-// 1, 2 or 5 times a power of ten, at least `wish`.
+// The smallest 1, 2 or 5 times a power of ten that is at least `wish`.
 export function niceLength(wish: number): number {
   const power = 10 ** Math.floor(Math.log10(wish));
   return ([1, 2, 5, 10].find((k) => k * power >= wish * 0.999) ?? 10) * power;
@@ -22,7 +22,7 @@ export function makeGround(centre: Vector3, radius: number, height: number, pain
   return { object, step };
 }
 
-// Pieces of one step each, so that each fades by where it lies.
+// Segments of one step each, so that each fades by its position.
 function gridLines(centre: Vector3, radius: number, step: number, height: number, paints: Paints): LineSegments {
   const half = Math.ceil((3.2 * radius) / step);
   const [cx, cy] = [Math.round(centre.x / step), Math.round(centre.y / step)];

@@ -1,4 +1,4 @@
-// The impacts of a run, from its summary: what is marked on the track and drawn as arrows.
+// The impacts of a run, from its summary: marked on the track and drawn as arrows.
 import type { Vec3 } from "../data";
 import type { Run } from "../run";
 
@@ -11,7 +11,7 @@ export interface ImpactGrasp {
 
 export interface Impact {
   time: number; // [s]
-  duration: number; // during which it is resolved in time; 0: it takes none
+  duration: number; // of a compliant impact; 0: instantaneous
   grasps: ImpactGrasp[];
 }
 

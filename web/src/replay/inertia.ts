@@ -1,4 +1,4 @@
-// The solid box that has a body's mass and inertia: what is drawn of bodies without geometry.
+// The solid box with a body's mass and inertia, drawn for bodies without geometry.
 import { Matrix4, Quaternion, Vector3 } from "three";
 
 export interface InertiaBox {
@@ -6,7 +6,7 @@ export interface InertiaBox {
   quaternion: Quaternion; // from the box's axes to the body's
 }
 
-// Undefined: mass or inertia are none of a solid.
+// Undefined: no solid has this mass and inertia.
 export function inertiaBox(mass: number, inertia: readonly number[]): InertiaBox | undefined {
   const [xx, yy, zz, xy, xz, yz] = inertia;
   if (!(mass > 0) || !inertia.every(Number.isFinite) || xx + yy + zz <= 0) return undefined;
@@ -16,7 +16,7 @@ export function inertiaBox(mass: number, inertia: readonly number[]): InertiaBox
     [xz, yz, zz],
   ]);
   const sum = values[0] + values[1] + values[2];
-  // I1 = m (b^2 + c^2) / 12, ..., so a^2 = 6 (I2 + I3 - I1) / m; a rod keeps a little thickness.
+  // I1 = m (b^2 + c^2) / 12, ..., so a^2 = 6 (I2 + I3 - I1) / m; rods have a minimum thickness.
   const longest = Math.sqrt((6 * sum) / mass);
   const edge = (moment: number) => Math.max(Math.sqrt(Math.max(0, (6 * (sum - 2 * moment)) / mass)), 0.02 * longest);
   const [x, y, z] = vectors.map((v) => new Vector3(...v));

@@ -1,4 +1,4 @@
-// Keys of the replay. They act when the replay, or nothing else on the page, has the focus.
+// Keys of the replay. They are active if the replay, or no other element of the page, has the focus.
 import type { Clock } from "../clock";
 import type { Transport } from "./transport";
 
@@ -11,7 +11,7 @@ export interface KeyTargets {
   orbit(right: number, up: number): void; // [rad]
 }
 
-// Returns what ends it.
+// Returns the function that removes the listener.
 export function listenKeys(host: HTMLElement, targets: KeyTargets): () => void {
   const pressed = (event: KeyboardEvent): void => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || !concerns(host, event)) return;
@@ -29,14 +29,14 @@ function concerns(host: HTMLElement, event: KeyboardEvent): boolean {
   if (!focused || focused === document.body || focused === document.documentElement) return true;
   if (!host.contains(focused)) return false;
   const kind = focused.tagName;
-  if (kind === "SELECT") return event.key === "[" || event.key === "]"; // the rest it needs itself
+  if (kind === "SELECT") return event.key === "[" || event.key === "]"; // it uses the other keys itself
   if (kind === "BUTTON" || (kind === "INPUT" && (focused as HTMLInputElement).type === "checkbox")) return event.key !== " " && event.key !== "Enter";
   return true;
 }
 
-const kTurn = Math.PI / 36; // 5 degrees for each press
+const kTurn = Math.PI / 36; // 5 degrees per key press
 
-// By where keys lie, whatever letters a keyboard has there: W, A, S, D.
+// By key position, independent of the keyboard layout: W, A, S, D.
 const kOrbit: Record<string, [number, number]> = { KeyW: [0, kTurn], KeyA: [-kTurn, 0], KeyS: [0, -kTurn], KeyD: [kTurn, 0] };
 
 function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom, orbit }: KeyTargets): (() => void) | undefined {

@@ -5,7 +5,7 @@ import { element } from "../dom";
 
 export interface Label {
   text: string;
-  role: string; // its colour
+  role: string; // role that determines its colour
   anchor: Vector3; // in the world group
   visible: boolean;
 }
@@ -43,7 +43,7 @@ export class Labels {
     }
   }
 
-  // The same on a picture for print.
+  // The same on a picture for printing.
   draw(
     context: CanvasRenderingContext2D,
     world: Object3D,
@@ -66,7 +66,7 @@ export class Labels {
     context.restore();
   }
 
-  // Right of their points, inside the picture, none over another.
+  // Right of their points, inside the picture, without overlaps.
   private place(world: Object3D, camera: Camera, width: number, height: number): Placed[] {
     const line = 19;
     const placed: Placed[] = [];
@@ -78,7 +78,7 @@ export class Labels {
       const wide = 7.2 * label.text.length + 10;
       const wish = ((point.x + 1) / 2) * width + 9;
       const x = Math.min(Math.max(4, wish), Math.max(4, width - wide));
-      const under = wish > x ? 14 : 0; // no room beside the point: below it
+      const under = wish > x ? 14 : 0; // no space beside the point: below it
       placed.push({ label, x, y: Math.min(Math.max(4, ((1 - point.y) / 2) * height - 9 + under), height - line) });
     }
     placed.sort((a, b) => a.y - b.y);

@@ -23,8 +23,8 @@ export function attitudeAxes(length: number, paints: Paints): Group {
   return group;
 }
 
-// A grasp point in its target's frame: a diamond, the handle that carries it if it stands off a box, and the way to
-// come in.
+// A grasp point in its target's frame: a diamond, a handle if the point is off the surface of a box, and the approach
+// direction.
 export function graspPoint(point: Scene["grasp_points"][number], target: SceneBody, size: number, role: string, paints: Paints): Group {
   const group = new Group();
   const at = new Vector3(...point.position);
@@ -34,8 +34,8 @@ export function graspPoint(point: Scene["grasp_points"][number], target: SceneBo
   const foot = nearestOfBoxes(at, target);
   if (foot && foot.distanceTo(at) > 1e-3) group.add(bar(foot, at, 0.32 * size, paints, role));
   if (point.approach_direction) {
-    const way = new Vector3(...point.approach_direction).normalize();
-    group.add(bar(at.clone().addScaledVector(way, -5 * size), at, 0.1 * size, paints, "joint"));
+    const direction = new Vector3(...point.approach_direction).normalize();
+    group.add(bar(at.clone().addScaledVector(direction, -5 * size), at, 0.1 * size, paints, "joint"));
   }
   return group;
 }
@@ -50,7 +50,7 @@ export function contactPoint(size: number, paints: Paints): Group {
   return group;
 }
 
-// The engineer's sign of a centre of mass; its size is set in pixels with every picture.
+// The engineering symbol of a centre of mass; its size in pixels is set in every frame.
 export function massCentre(): Sprite {
   const side = 64;
   const canvas = document.createElement("canvas");
@@ -87,7 +87,7 @@ function bar(from: Vector3, to: Vector3, radius: number, paints: Paints, role: s
   return made;
 }
 
-// In the body's frame; undefined: it has no box, or a shape of another kind that is nearer for all we know.
+// In the body's frame; undefined: it has shapes other than boxes, which may be closer.
 function nearestOfBoxes(point: Vector3, body: SceneBody): Vector3 | undefined {
   if (body.geometry.some((g) => g.shape !== "box")) return undefined;
   const feet = body.geometry.map((g) => nearestOfBox(point, g));

@@ -1,16 +1,16 @@
-// A direction to look from, chosen so that arms and targets lie apart and the grasps are not hidden behind bodies.
+// A view direction that separates arms and targets and does not hide the grasps behind bodies.
 import { Mesh, MeshStandardMaterial, type Object3D, Raycaster, Vector3 } from "three";
 
 export interface Sight {
-  apart: Vector3[]; // what should lie apart: centres of bodies, end-effectors
-  seen: Vector3[]; // what should be seen: grasps
-  bodies: Object3D[]; // what may hide it
-  span: number; // size of it all [m]
+  apart: Vector3[]; // points to separate: centres of bodies, end-effectors
+  seen: Vector3[]; // points to keep visible: grasps
+  bodies: Object3D[]; // bodies that may hide them
+  span: number; // size of the scene [m]
 }
 
 const kPlanar = new Vector3(-0.25, -0.75, 0.85).normalize();
 
-// From the scene to the camera, unit. Bodies' world matrices are to be up to date.
+// Unit vector from the scene to the camera. Requires up-to-date world matrices of the bodies.
 export function goodDirection(sight: Sight, planar: boolean): Vector3 {
   if (planar) return kPlanar.clone();
   const meshes: Mesh[] = [];
@@ -24,7 +24,7 @@ export function goodDirection(sight: Sight, planar: boolean): Vector3 {
     for (let k = 0; k < 24; ++k) {
       const azimuth = ((k + 0.5) * Math.PI) / 12;
       const direction = new Vector3(Math.cos(azimuth) * Math.cos(height), Math.sin(azimuth) * Math.cos(height), Math.sin(height));
-      const front = 0.06 * -direction.y; // of equals the one from the front
+      const front = 0.06 * -direction.y; // prefers the front of equal directions
       const score = spread(sight.apart, direction) + 0.8 * visible(sight, direction, meshes) - 1.5 * (height - 0.27) ** 2 + front;
       if (score > most) {
         most = score;
@@ -35,7 +35,7 @@ export function goodDirection(sight: Sight, planar: boolean): Vector3 {
   return best;
 }
 
-// How wide points lie as seen along a direction, over how wide they can.
+// Width of the points seen along a direction, relative to the maximum.
 function spread(points: Vector3[], direction: Vector3): number {
   const right = new Vector3(-direction.y, direction.x, 0).normalize();
   const up = new Vector3().crossVectors(direction, right);

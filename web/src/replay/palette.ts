@@ -1,5 +1,5 @@
-// What everything in the replay is painted with. A role ("base", "arm 1", "ghost") has one colour per theme; materials
-// are made once per role and recoloured when the theme changes.
+// Materials of the replay. A role ("base", "arm 1", "ghost") has one colour per theme; materials are created once per
+// role and recoloured when the theme changes.
 import { Color, LineBasicMaterial, type Material, MeshBasicMaterial, MeshStandardMaterial, ShaderMaterial, Vector2 } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { roleColor, type Scheme } from "../colors";
@@ -7,14 +7,14 @@ import { roleColor, type Scheme } from "../colors";
 export type Theme = Scheme;
 export { roleColor };
 
-// The page's theme: what its root says, else what the system prefers.
+// The page's theme: that of its root element, else the system's preference.
 export function currentTheme(): Theme {
-  const said = document.documentElement.dataset.theme;
-  if (said === "dark" || said === "light") return said;
+  const stated = document.documentElement.dataset.theme;
+  if (stated === "dark" || stated === "light") return stated;
   return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 }
 
-// Returns what ends the listening.
+// Returns the function that removes the listener.
 export function listenTheme(changed: () => void): () => void {
   const media = matchMedia("(prefers-color-scheme: dark)");
   const observer = new MutationObserver(changed);
@@ -26,7 +26,7 @@ export function listenTheme(changed: () => void): () => void {
   };
 }
 
-// Smooth bodies have no edges to draw; instead their back faces, pushed outwards by some pixels, make a dark rim.
+// Smooth bodies have no edges to draw; instead their back faces, enlarged by some pixels, form a dark rim.
 const kRimVertex = `
 uniform vec2 viewport; uniform float width;
 void main() {
@@ -42,8 +42,8 @@ void main() { gl_FragColor = vec4(color, opacity);
 #include <colorspace_fragment>
 }`;
 
-// Of materials: a role's own colour; large lit surfaces are paler on light pages, where it is dark for thin lines'
-// sake.
+// Colour of materials: that of the role. On light pages large lit surfaces are paler, since the colours are dark for
+// thin lines.
 function paintColor(role: string, theme: Theme): Color {
   const [, surface] = /^surface (.*)$/.exec(role) ?? [];
   const color = new Color(roleColor(surface ?? role, theme));
@@ -62,38 +62,38 @@ export class Paints {
   private readonly viewport = new Vector2(800, 500); // [device pixels], shared by all rims
   theme: Theme = "light";
 
-  // Lit surfaces of bodies. Translucent surfaces hide other translucent surfaces behind them, so that a ghost remains
-  // readable.
+  // Lit surfaces of bodies. Translucent surfaces hide other translucent surfaces behind them, for a clear picture of
+  // ghosts.
   surface(role: string, opacity = 1): MeshStandardMaterial {
-    return this.keep(`surface ${opacity} ${role}`, `surface ${role}`, () => {
+    return this.cached(`surface ${opacity} ${role}`, `surface ${role}`, () => {
       const material = new MeshStandardMaterial({ roughness: role === "panel" ? 0.35 : 0.62, metalness: 0.04, transparent: opacity < 1, opacity });
-      material.polygonOffset = true; // edges lie on faces, and solid faces before translucent ones in the same place
+      material.polygonOffset = true; // edges are on faces; solid faces precede coincident translucent ones
       material.polygonOffsetFactor = opacity < 1 ? 3 : 1;
       material.polygonOffsetUnits = opacity < 1 ? 6 : 1;
       return material;
     });
   }
-  // Unlit: arrows and markers. `onTop` shines faintly through bodies.
+  // Unlit: arrows and markers. With `onTop` they are faintly visible through bodies.
   flat(role: string, opacity = 1, onTop = false): MeshBasicMaterial {
-    return this.keep(
+    return this.cached(
       `flat ${opacity} ${onTop} ${role}`,
       role,
       () => new MeshBasicMaterial({ transparent: opacity < 1 || onTop, opacity, depthTest: !onTop, depthWrite: !onTop && opacity === 1 }),
     );
   }
   line(role: string, opacity = 1): LineBasicMaterial {
-    return this.keep(`line ${opacity} ${role}`, role, () => {
+    return this.cached(`line ${opacity} ${role}`, role, () => {
       return new LineBasicMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
     });
   }
   // Lines with opacity per vertex.
   fading(role: string, opacity: number): LineBasicMaterial {
-    return this.keep(`fading ${opacity} ${role}`, role, () => {
+    return this.cached(`fading ${opacity} ${role}`, role, () => {
       return new LineBasicMaterial({ transparent: true, opacity, depthWrite: false, vertexColors: true });
     });
   }
   wideLine(role: string, width: number, opacity = 1): LineMaterial {
-    return this.keep(
+    return this.cached(
       `wide ${width} ${opacity} ${role}`,
       role,
       () => new LineMaterial({ linewidth: width, transparent: opacity < 1, opacity }),
@@ -132,7 +132,7 @@ export class Paints {
     this.made.clear();
   }
 
-  private keep<M extends Material & { color: Color }>(key: string, role: string, make: () => M): M {
+  private cached<M extends Material & { color: Color }>(key: string, role: string, make: () => M): M {
     const found = this.made.get(key);
     if (found) return found.material as M;
     const material = make();

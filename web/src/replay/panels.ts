@@ -1,8 +1,8 @@
-// Thin rectangular plates (solar panels, radiators) drawn as panels: dark, with their cells, so that a slow turn shows.
+// Thin rectangular plates (solar panels, radiators), drawn dark with cells, which makes slow rotation visible.
 import { BufferAttribute, BufferGeometry, Vector3 } from "three";
 
-const kThin = 0.08; // thickness over the shorter edge, at most
-const kFilled = 0.85; // share of the rectangle that the plate's faces fill, at least
+const kThin = 0.08; // maximum ratio of thickness to the shorter edge
+const kFilled = 0.85; // minimum share of the rectangle that the plate's faces fill
 
 export interface Plate {
   centre: Vector3;
@@ -11,7 +11,7 @@ export interface Plate {
   size: [number, number, number]; // along u, v and across
 }
 
-// Of a box, by its edges; undefined: it is none.
+// The plate of a box, by its edges; undefined: the box is not thin.
 export function plateOfBox(size: readonly number[]): Plate | undefined {
   const order = [0, 1, 2].sort((a, b) => size[b] - size[a]);
   const [long, short, thin] = order.map((k) => size[k]);
@@ -20,7 +20,7 @@ export function plateOfBox(size: readonly number[]): Plate | undefined {
   return { centre: new Vector3(), u: axis(order[0]), v: axis(order[1]), size: [long, short, thin] };
 }
 
-// Triangles that hang together, of vertices that lie in one place: lists of numbers of triangles.
+// Connected triangles, by coincident vertices: lists of triangle indices.
 export function connectedParts(vertices: ArrayLike<number>, triangles: ArrayLike<number>): number[][] {
   const byPlace = new Map<string, number>();
   const place = Array.from({ length: vertices.length / 3 }, (_, i) => {
@@ -47,7 +47,7 @@ export function connectedParts(vertices: ArrayLike<number>, triangles: ArrayLike
   return [...parts.values()];
 }
 
-// Of some triangles of a mesh; undefined: they are no thin rectangle.
+// The plate of some triangles of a mesh; undefined: they are not a thin rectangle.
 export function plateOf(vertices: ArrayLike<number>, triangles: ArrayLike<number>, part: number[]): Plate | undefined {
   const corner = (t: number, k: number) => new Vector3().fromArray(vertices as number[], 3 * triangles[3 * t + k]);
   const faces = part.map((t) => {
@@ -59,7 +59,7 @@ export function plateOf(vertices: ArrayLike<number>, triangles: ArrayLike<number
   if (!largest || !(largest.area > 0)) return undefined;
   const n = largest.normal;
   const edges = largest.corners.map((c, k) => largest.corners[(k + 1) % 3].clone().sub(c)).sort((a, b) => a.length() - b.length());
-  const u = edges[1].clone().normalize(); // of half a rectangle the longest edge is its diagonal
+  const u = edges[1].clone().normalize(); // the longest edge of half a rectangle is its diagonal
   const v = n.clone().cross(u);
   const range = (axis: Vector3): [number, number] => {
     const values = faces.flatMap((face) => face.corners.map((c) => c.dot(axis)));
@@ -75,7 +75,7 @@ export function plateOf(vertices: ArrayLike<number>, triangles: ArrayLike<number
   return lu >= lv ? { centre, u, v, size: [lu, lv, thin] } : { centre, u: v, v: u, size: [lv, lu, thin] };
 }
 
-// The edges of its cells, on both sides.
+// The edges of the plate's cells, on both sides.
 export function cellLines(plate: Plate): BufferGeometry {
   const [long, short, thin] = plate.size;
   const across = Math.min(6, Math.max(2, Math.round((4 * short) / Math.max(short, long / 6))));

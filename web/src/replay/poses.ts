@@ -1,4 +1,4 @@
-// Where bodies and frames are at an instant: positions go linearly between samples, attitudes by slerp.
+// Poses of bodies and frames at an instant: linear interpolation of positions, slerp of attitudes.
 import { Quaternion, Vector3 } from "three";
 import type { Instant, Run, Series } from "../run";
 
@@ -8,7 +8,7 @@ export interface PoseTrack {
   quaternion: Series; // w, x, y, z
 }
 
-// Undefined: the run has not recorded it.
+// Undefined: the run has no record of it.
 export function poseTrack(run: Run, prefix: string): PoseTrack | undefined {
   const position = run.series(`${prefix}/position`);
   const quaternion = run.series(`${prefix}/quaternion_wxyz`);

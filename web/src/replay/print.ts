@@ -1,10 +1,11 @@
-// A still picture for paper, drawn just before the page is printed: the instant shown, or the impact if the replay has not been moved.
+// A still picture for printing, drawn just before the page is printed: the displayed instant, or the impact if the
+// replay has not been moved.
 import type { Clock } from "../clock";
 import { element } from "../dom";
 import type { Impact } from "./impacts";
 import type { Viewport } from "./viewport";
 
-// Returns what ends it.
+// Returns the function that removes the listener.
 export function makeStill(root: HTMLElement, viewport: Viewport, clock: Clock, impacts: Impact[]): () => void {
   const canvas = element("canvas", { class: "replay-still-picture" });
   const caption = element("figcaption");

@@ -1,4 +1,4 @@
-// The 3D replay of one run or of two: a picture of the bodies at the clock's instant, what plays it, and what is shown.
+// The 3D replay of one run or of two: a picture of the bodies at the clock's instant, playback, and display options.
 import "./replay.css";
 import type { Clock } from "../clock";
 import { element } from "../dom";
@@ -16,7 +16,7 @@ export interface Replay {
   bodyPose(name: string, run?: number): Pose | null; // as drawn, in W; null: not drawn
   cameraName(): string; // "inertial", "follow base", "follow NAME", "top"; "": no picture
   cameraDirection(): [number, number, number]; // unit vector from the view target to the camera
-  renderCount(): number; // pictures drawn so far
+  renderCount(): number; // number of pictures drawn
   dispose(): void;
 }
 
@@ -69,7 +69,7 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
   };
 }
 
-// On narrow screens, where the replay stays in sight, all but playing is behind this.
+// On narrow screens, where the replay remains visible, this hides everything except playback.
 function moreButton(root: HTMLElement): HTMLElement {
   const button = element("button", { type: "button", class: "replay-more replay-chip", "aria-expanded": "false" }, "More");
   button.addEventListener("click", () => {
@@ -87,7 +87,7 @@ function offerVideo(transport: Transport, viewport: Viewport, clock: Clock, run:
     return;
   }
   const name = String(run.summary?.scenario?.name ?? "replay");
-  const recorder = new VideoRecorder(clock, viewport, offer.type, name, (recording, said) => transport.recording(recording, said));
+  const recorder = new VideoRecorder(clock, viewport, offer.type, name, (recording, message) => transport.recording(recording, message));
   transport.offerVideo(() => (recorder.recording ? recorder.stop() : recorder.start()), "");
 }
 

@@ -1,4 +1,4 @@
-// Everything that is drawn of one run.
+// All drawn objects of one run.
 import { Group, Quaternion, type Sprite, Vector3 } from "three";
 import type { Scene } from "../data";
 import type { Instant, Run } from "../run";
@@ -13,7 +13,7 @@ import { poseAt, poseTrack, vectorAt } from "./poses";
 import { Trail } from "./trails";
 import { forceArrows, Impulses, momentumArrows, centreOf, type SeriesArrows } from "./vectors";
 
-// What can be shown or hidden.
+// Display options.
 export interface Shown {
   axes: boolean;
   trails: boolean;
@@ -27,7 +27,7 @@ export interface Shown {
   ground: boolean;
   sky: boolean;
 }
-export const kMostBending = 100; // times, as it may be drawn
+export const kMaxBending = 100; // maximum factor of exaggeration
 
 export class RunView {
   readonly object = new Group();
@@ -35,7 +35,7 @@ export class RunView {
   readonly bending: Bending;
   readonly roles: Map<string, string>;
   readonly impacts: Impact[];
-  readonly span: number; // radius of the robot and targets at the beginning: what sizes of arrows go by [m]
+  readonly span: number; // radius of the robot and targets at the beginning: reference for the sizes of arrows [m]
   readonly mass: Sprite = massCentre();
   private readonly initial = new Group();
   private readonly axes: Group[] = [];
@@ -73,7 +73,7 @@ export class RunView {
     this.object.add(this.mass, this.initial);
   }
 
-  // Which of Shown mean anything for this run.
+  // The options of Shown that apply to this run.
   offers(what: keyof Shown): boolean {
     if (what === "impulses") return this.impacts.some((i) => i.grasps.length > 0);
     if (what === "forces") return this.forces !== undefined && !this.forces.empty;
@@ -82,7 +82,7 @@ export class RunView {
     return true;
   }
 
-  // `bent`: how many times larger than it is bending is drawn.
+  // `bent`: factor by which bending is exaggerated.
   update(time: number, back: number, shown: Shown, bent: number): void {
     const instant = this.run.locate(time, back);
     poseBodies(this.bodies, instant);
@@ -105,12 +105,12 @@ export class RunView {
     }
   }
 
-  // Only the bodies: cheaper where nothing is drawn.
+  // Only the bodies: faster if nothing is drawn.
   pose(time: number): void {
     poseBodies(this.bodies, this.run.locate(time));
   }
 
-  // Where the end-effectors are, as posed last.
+  // Positions of the end-effectors, as last posed.
   endPoints(): Vector3[] {
     const points: Vector3[] = [];
     for (const end of this.scene.end_effectors) {
@@ -126,7 +126,7 @@ export class RunView {
     if (series && this.mass.visible) this.mass.position.copy(vectorAt(this.run, series, instant));
   }
 
-  // Made when first asked for: meshes may be large.
+  // Created on first use: meshes may be large.
   private addGhost(): void {
     const views = buildBodies(this.run, this.scene, this.paints, "ghost");
     poseBodies(views, { index: 0, fraction: 0 });
@@ -190,7 +190,7 @@ export class RunView {
   }
 }
 
-// Half of the largest distance from the base, at least a little.
+// Half of the largest distance from the base, with a minimum.
 function spanOf(bodies: BodyView[]): number {
   const base = bodies.find((b) => b.body.kind === "base")?.object.position ?? new Vector3();
   const far = bodies.filter((b) => b.track).map((b) => b.object.position.distanceTo(base) + b.radius);

@@ -1,4 +1,4 @@
-// Stars and an Earth far away, for the eye: they are not computed, but stand still in W, so that turning is seen against them.
+// Decorative stars and Earth: not computed, but fixed in W, which makes rotation visible.
 import {
   BufferGeometry,
   Float32BufferAttribute,
@@ -45,14 +45,14 @@ export class Sky {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(27, 1, 0.1, 200);
 
-  // `earth`: the direction in which it stands, in W.
+  // `earth`: direction to the Earth, in W.
   constructor(earth: Vector3) {
     const globe = new Mesh(new SphereGeometry(100 * kEarthSize, 64, 48), new ShaderMaterial({ vertexShader: kVertex, fragmentShader: kFragment, uniforms: { sun: { value: kSun } } }));
     globe.position.copy(earth).normalize().multiplyScalar(100);
     this.scene.add(stars(), globe);
   }
 
-  // Before everything else; what follows is drawn over it.
+  // Drawn first; all other objects are drawn over it.
   render(renderer: WebGLRenderer, camera: Camera, world: Group): void {
     this.camera.aspect = (camera as PerspectiveCamera).isPerspectiveCamera ? (camera as PerspectiveCamera).aspect : renderer.domElement.width / Math.max(1, renderer.domElement.height);
     this.camera.updateProjectionMatrix();
@@ -72,7 +72,7 @@ export class Sky {
   }
 }
 
-// The same in every report: evenly over the sphere, shaken by a small generator.
+// The same in every report: evenly distributed over the sphere, perturbed by a small generator.
 function stars(): Points {
   let state = 12345;
   const random = (): number => (state = (1103515245 * state + 12345) % 2147483648) / 2147483648;

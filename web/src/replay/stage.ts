@@ -1,19 +1,19 @@
-// The renderer with its lights: draws when asked to, and then once.
+// The renderer with its lights: draws on request, at most once per frame.
 import { DirectionalLight, Group, HemisphereLight, PCFShadowMap, Scene, Vector3, WebGLRenderer } from "three";
 import type { Camera } from "three";
 import type { Sky } from "./sky";
 
-// From the scene to the sun, in W: its light does not go with the camera, so that attitudes are seen to change.
+// From the scene to the sun, in W: the light does not follow the camera, which makes changes of attitude visible.
 export const kSun = new Vector3(0.42, -0.5, 0.76).normalize();
 
 export class Stage {
   readonly scene = new Scene();
-  readonly world = new Group(); // W, moved as the view asks
+  readonly world = new Group(); // W, positioned by the view
   readonly renderer: WebGLRenderer;
-  count = 0; // pictures drawn
+  count = 0; // number of pictures drawn
   sky: Sky | null = null; // behind everything; null: the page's own background
   private readonly sun = new DirectionalLight(0xffffff, 2.1);
-  private readonly fill = new DirectionalLight(0xeef3ff, 0.75); // goes with the camera
+  private readonly fill = new DirectionalLight(0xeef3ff, 0.75); // follows the camera
   private readonly ambient = new HemisphereLight(0xffffff, 0xb4bcc6, 1.55);
   private pending = 0;
   private draw: () => void = () => {};
@@ -35,7 +35,7 @@ export class Stage {
     this.scene.add(this.world, this.fill, this.fill.target, this.ambient);
   }
 
-  // What shadows are cast in: a ball in W.
+  // The region with shadows: a ball in W.
   lightUp(centre: Vector3, radius: number): void {
     this.sun.target.position.copy(centre);
     this.sun.position.copy(centre).addScaledVector(kSun, 3 * radius);
@@ -49,7 +49,7 @@ export class Stage {
     this.draw = draw;
   }
 
-  // One picture with the next frame, however often it is asked for.
+  // Draws one picture in the next frame, for any number of requests.
   invalidate = (): void => {
     if (this.pending) return;
     this.pending = requestAnimationFrame(() => {
@@ -87,7 +87,7 @@ export class Stage {
   }
 }
 
-// What a browser needs for three. Null: no WebGL here.
+// The WebGL context for three.js. Null: WebGL is not available.
 export function webgl(canvas: HTMLCanvasElement): WebGL2RenderingContext | null {
   try {
     return canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true, powerPreference: "default" });

@@ -3,7 +3,7 @@ import { element } from "../dom";
 import { roving } from "../roving";
 import type { ViewSpec } from "./cameras";
 import { number } from "../format";
-import { kMostBending, type Shown } from "./run_view";
+import { kMaxBending, type Shown } from "./run_view";
 
 const kNames: [keyof Shown, string, string][] = [
   ["trails", "Trails", "Ways of end-effectors and of the targets' centres of mass"],
@@ -35,7 +35,7 @@ export class Toolbar {
     this.cameras.addEventListener("change", () => acts.camera(Number(this.cameras.value)));
     const reset = element("button", { type: "button", class: "replay-chip", title: "See everything again (0)" }, "Reset view");
     reset.addEventListener("click", () => acts.reset());
-    this.turn.classList.add("replay-turn"); // goes over the picture: bars keep their size when it comes and goes
+    this.turn.classList.add("replay-turn"); // placed over the picture: bars do not resize when it appears
     this.turn.addEventListener("click", () => acts.turn(flip(this.turn)));
     const chips = element("div", { class: "replay-chips", role: "toolbar", "aria-label": "Show" });
     for (const [what, label, title] of kNames) {
@@ -58,17 +58,17 @@ export class Toolbar {
   }
 }
 
-// From 1 to kMostBending times, by the logarithm.
+// From 1 to kMaxBending, on a logarithmic scale.
 function bendingSlider(bent: (times: number) => void): HTMLElement {
-  const range = element("input", { type: "range", min: "0", max: String(Math.log10(kMostBending)), step: "0.1", value: "0", "aria-label": "Bending drawn so many times" });
-  const said = element("output", {}, "1 ×");
+  const range = element("input", { type: "range", min: "0", max: String(Math.log10(kMaxBending)), step: "0.1", value: "0", "aria-label": "Bending drawn so many times" });
+  const output = element("output", {}, "1 ×");
   range.addEventListener("input", () => {
     const times = Number((10 ** Number(range.value)).toPrecision(2));
-    said.textContent = `${number(times)} ×`;
+    output.textContent = `${number(times)} ×`;
     range.setAttribute("aria-valuetext", `${number(times)} times`);
     bent(times);
   });
-  return element("label", { class: "replay-bending", title: "Magnification of the displayed bending; trails, arrows and captured targets are not magnified" }, element("span", {}, "Bending"), range, said);
+  return element("label", { class: "replay-bending", title: "Magnification of the displayed bending; trails, arrows and captured targets are not magnified" }, element("span", {}, "Bending"), range, output);
 }
 
 function chip(label: string, title: string, on = false): HTMLButtonElement {
@@ -81,7 +81,7 @@ function flip(made: HTMLButtonElement): boolean {
   return on;
 }
 
-// Which colour is which: rows of a swatch and a name.
+// The legend: rows of a swatch and a name.
 export interface LegendRow {
   role: string;
   text: string;
@@ -105,7 +105,7 @@ export class Legend {
     );
   }
 
-  // The same along the lower edge of a picture for print.
+  // The same along the lower edge of a printed picture.
   draw(context: CanvasRenderingContext2D, height: number, color: (role: string) => string, ink = "#333"): void {
     context.save();
     context.font = "12px system-ui, sans-serif";

@@ -1,4 +1,4 @@
-// Ways that points have gone: the whole path faint, up to now strong.
+// Paths of points: the whole path faint, the part up to now strong.
 import { BufferAttribute, BufferGeometry, Group, type InstancedInterleavedBuffer, type InterleavedBufferAttribute, Line, type Material } from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
@@ -9,7 +9,7 @@ export class Trail {
   readonly object = new Group();
   private readonly done: Line2;
   private readonly ends: InstancedInterleavedBuffer; // per segment: x, y, z of its start, then of its end
-  private shortened = -1; // segment whose end is not its sample but "now"
+  private shortened = -1; // segment that ends at the current instant instead of its sample
 
   // `points`: x, y, z per sample.
   constructor(
@@ -54,18 +54,18 @@ export class Trail {
   }
 }
 
-// Points at least a little apart: hundreds of segments smaller than a pixel are drawn with wrong depths by some drivers.
+// Points with a minimum distance: some drivers draw hundreds of segments smaller than a pixel at wrong depths.
 function thinned(points: Float32Array): Float32Array {
-  const kept: number[] = [];
+  const retained: number[] = [];
   let size = 0;
   for (let i = 3; i < points.length; i += 3) {
     size = Math.max(size, Math.hypot(points[i] - points[0], points[i + 1] - points[1], points[i + 2] - points[2]));
   }
   const least = 0.004 * size;
   for (let i = 0; i < points.length; i += 3) {
-    const k = kept.length;
-    const apart = k === 0 || Math.hypot(points[i] - kept[k - 3], points[i + 1] - kept[k - 2], points[i + 2] - kept[k - 1]) >= least;
-    if (apart) kept.push(points[i], points[i + 1], points[i + 2]);
+    const k = retained.length;
+    const apart = k === 0 || Math.hypot(points[i] - retained[k - 3], points[i + 1] - retained[k - 2], points[i + 2] - retained[k - 1]) >= least;
+    if (apart) retained.push(points[i], points[i + 1], points[i + 2]);
   }
-  return new Float32Array(kept);
+  return new Float32Array(retained);
 }

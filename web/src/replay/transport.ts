@@ -1,4 +1,4 @@
-// Playing and scrubbing: buttons, speed, and a track that shows phases and impacts.
+// Playback and scrubbing: buttons, speed, and a track that displays phases and impacts.
 import { slowFactor, type Clock } from "../clock";
 import { phaseTint } from "../colors";
 import { element, svgElement } from "../dom";
@@ -27,9 +27,9 @@ export class Transport {
   private readonly elapsed = element("div", { class: "replay-elapsed" });
   private readonly speed = element("select", { "aria-label": "Speed", class: "replay-speed", title: "Seconds of simulation per second" });
   private readonly video = element("button", { type: "button", class: "replay-chip", "aria-pressed": "false" }, "Record video");
-  private readonly videoSaid = element("span", { class: "replay-said", role: "status" });
+  private readonly videoStatus = element("span", { class: "replay-said", role: "status" });
   private readonly slow = element("input", { type: "checkbox" });
-  private readonly boundaries: number[]; // initial guesses of phases, and the end [s]
+  private readonly boundaries: number[]; // starts of phases, and the end [s]
 
   constructor(
     private readonly clock: Clock,
@@ -66,22 +66,22 @@ export class Transport {
     this.elapsed.style.width = `${(100 * part).toFixed(3)}%`;
   }
 
-  // A button that records a video, or the reason why none can be.
+  // A button that records a video, or the reason why recording is not possible.
   offerVideo(toggle: (() => void) | null, why: string): void {
     this.video.disabled = toggle === null;
     this.video.title = toggle ? "Record a WebM video of what is played from here on, in real time" : why;
     if (toggle) this.video.addEventListener("click", toggle);
-    else this.videoSaid.textContent = why;
-    this.host.append(element("div", { class: "replay-video" }, this.video, this.videoSaid));
+    else this.videoStatus.textContent = why;
+    this.host.append(element("div", { class: "replay-video" }, this.video, this.videoStatus));
   }
-  recording(on: boolean, said: string): void {
+  recording(on: boolean, message: string): void {
     this.video.textContent = on ? "Stop and save" : "Record video";
     this.video.setAttribute("aria-pressed", String(on));
-    this.videoSaid.textContent = said;
+    this.videoStatus.textContent = message;
   }
 
-  // ---- What keys do ----
-  // An impact has two states or more at one time, which are stepped through one by one.
+  // ---- Key actions ----
+  // An impact has two or more states at one time; each is a separate step.
   step(samples: number): void {
     const { clock } = this;
     clock.pause();
@@ -104,7 +104,7 @@ export class Transport {
     this.clock.time = next.time;
   }
 
-  // Seconds of simulation per second, here and now.
+  // Seconds of simulation per second, at the current instant.
   private rate(): number {
     const { clock } = this;
     return clock.speed * slowFactor(clock.time, clock.slowAround);
@@ -180,7 +180,7 @@ export class Transport {
     return element("div", { class: "replay-scrub" }, track, this.range);
   }
 
-  // Also how slowly impacts go by: those without duration at a fifth of real time, those in time within about eight seconds.
+  // Also sets slow motion: instantaneous impacts at a fifth of real time, compliant ones within about eight seconds.
   private setSpeed(speed: number): void {
     this.clock.speed = speed;
     this.speed.value = String(speed);
@@ -194,7 +194,7 @@ export class Transport {
   }
 }
 
-// The state after what is shown, or before it.
+// The state after the displayed one, or before it.
 export function nextState(
   states: readonly { time: number; back: number }[],
   now: { time: number; back: number },
@@ -207,7 +207,7 @@ export function nextState(
   return undefined;
 }
 
-// The quickest of the offered speeds, but twice at most, that lets the whole be watched for twenty seconds.
+// The highest of the offered speeds, at most 2, at which the whole run takes at least 20 s.
 function defaultSpeed(span: number): number {
   return [2, 1, 0.5, 0.25].find((s) => span / s >= 20) ?? 0.1;
 }
@@ -222,7 +222,7 @@ function phaseTitle(phase: PhaseSpan): string {
   return `${words(phase.name)}: ${phase.begin.toFixed(2)} to ${phase.end.toFixed(2)} s`;
 }
 
-// The hue of a phase, as strong as a track needs it.
+// The hue of a phase at the track's strength.
 function strong(tint: string): string {
   return tint.replace(/[\d.]+\)$/, "0.42)");
 }

@@ -1,4 +1,4 @@
-// Vectors of a run as arrows: impulses about the impacts, contact forces while an impact is resolved in time, linear momentum.
+// Vectors of a run as arrows: impulses near the impacts, contact forces during compliant impacts, linear momentum.
 import { Group, Quaternion, Vector3 } from "three";
 import { number } from "../format";
 import type { Instant, Run, Series } from "../run";
@@ -10,21 +10,21 @@ import { contactPoint } from "./markers";
 import type { Paints } from "./palette";
 import { poseAt, type PoseTrack, poseTrack, vectorAt } from "./poses";
 
-const kAfter = 1.5; // an impulse is shown from its impact until so long after its end [s of simulation]
-const kRounding = 1e-12; // impulses below this part of the momentum are rounding
+const kAfter = 1.5; // an impulse is displayed from its impact until this long after its end [s of simulation]
+const kRounding = 1e-12; // impulses below this share of the momentum are rounding errors
 
 interface ImpulseArrow {
   arrow: Arrow;
   label: Label;
   impact: Impact;
   grasp: ImpactGrasp;
-  hand: PoseTrack | undefined;
-  inHand: Vector3; // the contact point in the end-effector's frame
+  track: PoseTrack | undefined;
+  localPoint: Vector3; // the contact point in the end-effector's frame
   marker: Group;
   holds: Series | undefined;
 }
 
-// Impulses act on the robot at the contact point; arrow and point stay with the hand as it moves on.
+// Impulses act on the robot at the contact point; arrow and point move with the end-effector.
 export class Impulses {
   readonly arrows = new Group();
   readonly points = new Group();
@@ -42,22 +42,22 @@ export class Impulses {
   ) {
     const largest = Math.max(0, ...impacts.flatMap((i) => i.grasps.map((g) => Math.hypot(...g.impulse))));
     const momentum = Number(run.summary?.ledger?.scale?.linear_momentum) || 0;
-    this.largest = largest > kRounding * momentum ? largest : 0; // grasps that meet without a blow get no arrows
+    this.largest = largest > kRounding * momentum ? largest : 0; // grasps without an impulse have no arrows
     for (const impact of impacts) {
       for (const grasp of impact.grasps) {
         const arrow = new Arrow(paints, role, 0.0065 * span);
         const marker = contactPoint(0.014 * span, paints);
-        const hand = poseTrack(run, `end_effectors/${grasp.endEffector}`);
+        const track = poseTrack(run, `end_effectors/${grasp.endEffector}`);
         const label = labels.add(role, `${prefix}${number(Math.hypot(...grasp.impulse))} N s`);
         this.arrows.add(arrow.object);
         this.points.add(marker);
         const holds = run.series(`grasps/${grasp.endEffector}/holds`);
-        this.made.push({ arrow, label, impact, grasp, hand, inHand: inFrame(hand, impact.time, grasp.point), marker, holds });
+        this.made.push({ arrow, label, impact, grasp, track, localPoint: inFrame(track, impact.time, grasp.point), marker, holds });
       }
     }
   }
 
-  // Where arrows end at their impacts.
+  // End points of the arrows at their impacts.
   tips(): Vector3[] {
     return this.made.map(({ grasp }) => new Vector3(...grasp.point).addScaledVector(new Vector3(...grasp.impulse), this.scale));
   }
@@ -65,13 +65,13 @@ export class Impulses {
     return this.largest > 0 ? (0.34 * this.span) / this.largest : 0; // [m per N s]
   }
 
-  // `back`: as Clock.back: states of the impact's time before the last have not met it yet.
+  // `back`: as in Clock.back; states of the impact's time before the last are before the impact.
   update(time: number, instant: Instant, back: number, shown: { impulses: boolean; points: boolean }): void {
     for (const one of this.made) {
-      const met = hasMet(this.run, one.impact.time, time, instant, back);
-      const near = met && time <= one.impact.time + one.impact.duration + kAfter;
-      const held = met && one.holds !== undefined && this.run.at(one.holds, { ...instant, fraction: 0 })[0] > 0.5;
-      const point = time > one.impact.time ? inWorld(one.hand, instant, one.inHand, one.grasp.point) : new Vector3(...one.grasp.point);
+      const occurred = hasOccurred(this.run, one.impact.time, time, instant, back);
+      const near = occurred && time <= one.impact.time + one.impact.duration + kAfter;
+      const held = occurred && one.holds !== undefined && this.run.at(one.holds, { ...instant, fraction: 0 })[0] > 0.5;
+      const point = time > one.impact.time ? inWorld(one.track, instant, one.localPoint, one.grasp.point) : new Vector3(...one.grasp.point);
       one.marker.visible = shown.points && (near || held);
       one.marker.position.copy(point);
       if (near && shown.impulses && this.largest > 0) {
@@ -84,28 +84,28 @@ export class Impulses {
   }
 }
 
-// Whether what is shown is after the impact: of several states of its time all but the first.
-export function hasMet(run: Run, impact: number, time: number, instant: Instant, back: number): boolean {
+// Whether the displayed state is after the impact: of several states of its time all but the first.
+export function hasOccurred(run: Run, impact: number, time: number, instant: Instant, back: number): boolean {
   return time > impact || (time === impact && (back === 0 || run.ranks[instant.index] > 0));
 }
 
-function inFrame(hand: PoseTrack | undefined, time: number, point: [number, number, number]): Vector3 {
-  if (!hand) return new Vector3();
+function inFrame(track: PoseTrack | undefined, time: number, point: [number, number, number]): Vector3 {
+  if (!track) return new Vector3();
   const position = new Vector3();
   const turn = new Quaternion();
-  poseAt(hand, hand.run.locate(time), position, turn);
+  poseAt(track, track.run.locate(time), position, turn);
   return new Vector3(...point).sub(position).applyQuaternion(turn.invert());
 }
 
-function inWorld(hand: PoseTrack | undefined, instant: Instant, inHand: Vector3, still: [number, number, number]): Vector3 {
-  if (!hand) return new Vector3(...still);
+function inWorld(track: PoseTrack | undefined, instant: Instant, localPoint: Vector3, still: [number, number, number]): Vector3 {
+  if (!track) return new Vector3(...still);
   const position = new Vector3();
   const turn = new Quaternion();
-  poseAt(hand, instant, position, turn);
-  return inHand.clone().applyQuaternion(turn).add(position);
+  poseAt(track, instant, position, turn);
+  return localPoint.clone().applyQuaternion(turn).add(position);
 }
 
-// One arrow per vector series, all to one scale: the largest over the run has a given length.
+// One arrow per vector series, with a common scale: the largest over the run has a given length.
 class SeriesArrows {
   readonly object = new Group();
   private readonly made: { series: Series; arrow: Arrow; label: Label; name: string; origin: (instant: Instant) => Vector3 }[] = [];
@@ -161,13 +161,13 @@ export function momentumArrows(run: Run, bodies: BodyView[], paints: Paints, lab
   return made;
 }
 
-// While an impact is resolved in time the grasps' forces are worth seeing; later they are shown to the same scale.
+// During a compliant impact the grasp forces are displayed; later ones have the same scale.
 export function forceArrows(run: Run, names: string[], paints: Paints, labels: Labels, span: number): SeriesArrows {
   const made = new SeriesArrows(run, 0.34 * span, "N");
   for (const name of names) {
-    const hand = poseTrack(run, `end_effectors/${name}`);
-    if (!hand) continue;
-    const origin = (instant: Instant) => inWorld(hand, instant, new Vector3(), [0, 0, 0]);
+    const track = poseTrack(run, `end_effectors/${name}`);
+    if (!track) continue;
+    const origin = (instant: Instant) => inWorld(track, instant, new Vector3(), [0, 0, 0]);
     made.add(run.series(`grasps/${name}/force`), "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), origin);
   }
   return made;

@@ -5,14 +5,14 @@ import { download } from "../dom";
 const kRate = 30; // pictures per second, at most
 const kTypes = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 
-// What this browser records, or why it records nothing.
+// The recording format of this browser, or the reason why it cannot record.
 export function videoType(scope: { MediaRecorder?: { isTypeSupported(type: string): boolean }; HTMLCanvasElement?: { prototype: object } }): { type: string } | { why: string } {
   if (!scope.MediaRecorder || !scope.HTMLCanvasElement || !("captureStream" in scope.HTMLCanvasElement.prototype)) return { why: "This browser cannot record a canvas." };
   const type = kTypes.find((one) => scope.MediaRecorder!.isTypeSupported(one));
   return type ? { type } : { why: "This browser cannot write WebM video." };
 }
 
-// Who draws the picture, and what tells of it.
+// The source of the pictures, with notifications.
 export interface Filmed {
   size(): { width: number; height: number }; // [px] of the video
   paint(context: CanvasRenderingContext2D): void; // the current picture
@@ -29,14 +29,14 @@ export class VideoRecorder {
     private readonly filmed: Filmed,
     private readonly type: string,
     private readonly name: string,
-    private readonly changed: (recording: boolean, said: string) => void,
+    private readonly changed: (recording: boolean, message: string) => void,
   ) {}
 
   get recording(): boolean {
     return this.recorder !== null;
   }
 
-  // From the instant shown, or from the beginning where that is the end; until playing ends.
+  // From the displayed instant, or from the beginning if that is the end; until playback ends.
   start(): void {
     if (this.recorder) return;
     const canvas = document.createElement("canvas");
@@ -61,7 +61,7 @@ export class VideoRecorder {
       if (!this.clock.playing) this.stop();
     });
     const hidden = (): void => {
-      if (document.hidden) this.stop(); // no pictures are drawn out of sight
+      if (document.hidden) this.stop(); // no pictures are drawn while the page is hidden
     };
     document.addEventListener("visibilitychange", hidden);
     this.ends = () => {

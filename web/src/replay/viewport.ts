@@ -1,4 +1,4 @@
-// The picture: runs drawn on a stage, seen by a camera, with labels over it.
+// The picture: runs drawn on a stage, viewed by a camera, with labels.
 import { Quaternion, Vector3 } from "three";
 import type { Clock } from "../clock";
 import type { Quat, SceneBody, Vec3 } from "../data";
@@ -29,14 +29,14 @@ export class Viewport {
   readonly rig: CameraRig;
   readonly stage: Stage;
   readonly shown: Shown;
-  bent = 1; // how many times larger than it is bending is drawn
+  bent = 1; // factor by which bending is exaggerated
   private readonly paints = new Paints();
   private readonly labels = new Labels();
   private readonly legend = new Legend();
   private readonly ends: (() => void)[] = [];
   private readonly compass = new Compass();
   private readonly ground: Ground;
-  private readonly direction: Vector3; // from which the replay is seen at first
+  private readonly direction: Vector3; // initial view direction
   private filmed: (() => void) | null = null;
   private readonly planar: boolean;
   private readonly extents = new Map<BodyView | null, Ball[]>();
@@ -57,7 +57,7 @@ export class Viewport {
     const first = this.views[0];
     this.planar = first.scene.planar;
     this.shown = defaultShown(first);
-    this.direction = this.outlook(first);
+    this.direction = this.viewDirection(first);
     this.rig = this.makeRig(canvas, first);
     this.ground = this.makeGround();
     this.stage.world.add(this.ground.object);
@@ -70,7 +70,7 @@ export class Viewport {
     this.retheme();
   }
 
-  // ---- What others ask for ----
+  // ---- Interface ----
   invalidate(): void {
     this.stage.invalidate();
   }
@@ -114,7 +114,7 @@ export class Viewport {
     this.resize(this.width, this.height);
     this.draw();
   }
-  // For a video: the picture with its labels, legend and time, as large as its canvas.
+  // For a video: the picture with its labels, legend and time, at the size of the canvas.
   onPicture(listener: (() => void) | null): void {
     this.filmed = listener;
   }
@@ -124,7 +124,7 @@ export class Viewport {
     const dark = this.shownTheme === "dark";
     context.fillStyle = dark ? "#10161d" : "#eef2f6";
     context.fillRect(0, 0, width, height);
-    this.render(); // what WebGL has drawn is there until the frame ends
+    this.render(); // WebGL's picture exists until the end of the frame
     context.drawImage(this.stage.canvas, 0, 0, width, height);
     context.save();
     context.scale(width / this.width, height / this.height);
@@ -135,7 +135,7 @@ export class Viewport {
     context.fillText(`t = ${this.clock.time.toFixed(2)} s`, 12, 24);
     context.restore();
   }
-  // In whole pairs of pixels, as encoders want them.
+  // Even numbers of pixels, as encoders require.
   size(): { width: number; height: number } {
     const canvas = this.stage.canvas;
     return { width: 2 * Math.max(8, canvas.width >> 1), height: 2 * Math.max(8, canvas.height >> 1) };
@@ -157,7 +157,7 @@ export class Viewport {
     this.compass.update(this.rig.camera, this.stage.world, this.rig.unitsPerPixel(this.rig.target), color);
     this.filmed?.();
   }
-  // Before the sky it is dark.
+  // The sky requires dark colours.
   private get shownTheme(): Theme {
     return this.shown.sky ? "dark" : this.paints.theme;
   }
@@ -225,7 +225,7 @@ export class Viewport {
     this.invalidate();
   }
 
-  // ---- Making ----
+  // ---- Construction ----
   private makeRig(canvas: HTMLElement, first: RunView): CameraRig {
     const follow = (kind: string) => first.bodies.filter((b) => b.body.kind === kind && b.track);
     const specs: ViewSpec[] = [
@@ -237,11 +237,11 @@ export class Viewport {
     const extent = (body: BodyView | null) => this.extent(body);
     let start = this.planar ? specs.length - 1 : 0;
     const base = specs[1]?.follow;
-    if (base && radiusOf(extent(null)) > 2.5 * radiusOf(extent(base))) start = 1; // all drifts far
+    if (base && radiusOf(extent(null)) > 2.5 * radiusOf(extent(base))) start = 1; // large common drift
     return new CameraRig(specs, start, canvas, extent, this.direction, () => this.invalidate());
   }
 
-  private outlook(first: RunView): Vector3 {
+  private viewDirection(first: RunView): Vector3 {
     const impact = first.impacts[0];
     first.pose(impact?.time ?? 0.5 * (first.run.begin + first.run.end));
     this.stage.world.updateMatrixWorld(true);
@@ -252,8 +252,8 @@ export class Viewport {
     return goodDirection({ apart, seen, bodies: bodies.map((b) => b.object), span: first.span }, this.planar);
   }
 
-  // What a view must show, relative to where the followed body is: of a target its surroundings, else all bodies at all
-  // times.
+  // The region that a view must contain, relative to the followed body: for a target its surroundings, else all bodies
+  // at all times.
   private extent(follow: BodyView | null): Ball[] {
     const known = this.extents.get(follow);
     if (known) return known;
@@ -316,16 +316,16 @@ export class Viewport {
   }
 }
 
-// How much of a body's reach a view must show: links are seen by their ends, only of balls the reach is filled.
+// The share of a body's radius that a view must contain: links are represented by their ends, balls by their radius.
 function shownPart(body: SceneBody): number {
   if (body.kind === "link") return 0.06;
   return body.geometry.length === 1 && body.geometry[0].shape === "sphere" ? 1 : 0.85;
 }
 
-// Its position behind the initial view, above and aside.
-function earthDirection(outlook: Vector3): Vector3 {
-  const right = new Vector3(-outlook.y, outlook.x, 0).normalize();
-  return outlook.clone().negate().addScaledVector(right, -0.3).addScaledVector(new Vector3().crossVectors(outlook, right).normalize(), 0.14);
+// Its position relative to the initial view: behind, above and to the side.
+function earthDirection(viewDirection: Vector3): Vector3 {
+  const right = new Vector3(-viewDirection.y, viewDirection.x, 0).normalize();
+  return viewDirection.clone().negate().addScaledVector(right, -0.3).addScaledVector(new Vector3().crossVectors(viewDirection, right).normalize(), 0.14);
 }
 
 function middleOf(balls: Ball[]): Vector3 {

@@ -48,21 +48,21 @@ function place(host: HTMLElement, build: () => HTMLElement | null): void {
 
 // On narrow pages the selected point lies elsewhere: a bar at the bottom leads to it.
 function jumpBar({ state, card }: Parts): HTMLElement {
-  const said = element("span", {});
-  const bar = element("div", { class: "st-jump" }, said, button("Show case", () => card.scrollIntoView({ behavior: "smooth", block: "start" })));
-  const tell = (): void => {
+  const description = element("span", {});
+  const bar = element("div", { class: "st-jump" }, description, button("Show case", () => card.scrollIntoView({ behavior: "smooth", block: "start" })));
+  const refresh = (): void => {
     bar.hidden = state.selected === null;
-    said.textContent = state.selected === null ? "" : `${rowName(state.table, state.selected)} · ${state.table.status[state.selected]}`;
+    description.textContent = state.selected === null ? "" : `${rowName(state.table, state.selected)} · ${state.table.status[state.selected]}`;
   };
-  state.listenSelect(tell);
-  tell();
+  state.listenSelect(refresh);
+  refresh();
   return bar;
 }
 
 export interface StudyHandle {
   readonly selected: number | null;
   select(point: number | null): void;
-  readonly kept: number;
+  readonly passing: number;
   readonly points: number;
   charts(): string[]; // ids of the parts that are built
 }
@@ -74,8 +74,8 @@ function expose(state: StudyState): void {
       return state.selected;
     },
     select: (point) => state.select(point),
-    get kept() {
-      return state.keptCount;
+    get passing() {
+      return state.passingCount;
     },
     points: state.table.size,
     charts: () => [...document.querySelectorAll('.st-page [id^="study-"]')].map((e) => e.id.replace(/^study-/, "")),

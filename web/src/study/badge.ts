@@ -23,20 +23,20 @@ function isZero(value: number): boolean {
 
 function columnOf(table: StudyTable, names: string[]): Float64Array | undefined {
   for (const name of names) {
-    const values = name.endsWith("/") ? leastBelow(table, name) : table.find(name)?.values;
+    const values = name.endsWith("/") ? minimumBelow(table, name) : table.find(name)?.values;
     if (values !== undefined) return values;
   }
   return undefined;
 }
 
-const leasts = new WeakMap<StudyTable, Map<string, Float64Array | undefined>>();
-function leastBelow(table: StudyTable, folder: string): Float64Array | undefined {
-  const known = leasts.get(table) ?? new Map<string, Float64Array | undefined>();
-  leasts.set(table, known);
+const minima = new WeakMap<StudyTable, Map<string, Float64Array | undefined>>();
+function minimumBelow(table: StudyTable, folder: string): Float64Array | undefined {
+  const known = minima.get(table) ?? new Map<string, Float64Array | undefined>();
+  minima.set(table, known);
   if (!known.has(folder)) {
     const below = table.fields.filter((field) => field.role === "column" && field.name.startsWith(folder));
-    const least = (row: number): number => Math.min(...below.map((field) => field.values[row]).filter(Number.isFinite));
-    known.set(folder, below.length === 0 ? undefined : Float64Array.from({ length: table.size }, (_, row) => (Number.isFinite(least(row)) ? least(row) : NaN)));
+    const minimum = (row: number): number => Math.min(...below.map((field) => field.values[row]).filter(Number.isFinite));
+    known.set(folder, below.length === 0 ? undefined : Float64Array.from({ length: table.size }, (_, row) => (Number.isFinite(minimum(row)) ? minimum(row) : NaN)));
   }
   return known.get(folder);
 }

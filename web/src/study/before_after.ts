@@ -1,4 +1,4 @@
-// Before and after, row by row: variables, objective, limits, columns, with what changed.
+// Before and after, row by row: variables, objective, limits, columns, with their changes.
 import type { OptimizationData, Partly } from "../data";
 import { download, element } from "../dom";
 import { columnHead, label, number } from "../format";
@@ -29,7 +29,7 @@ export function beforeAfterCard(comparison: OptimizationData["comparison"], stud
     ["Variables", variables],
   ];
   const fill = (all: boolean): void => {
-    const shown = all ? columns : columns.filter(tells);
+    const shown = all ? columns : columns.filter(isInformative);
     const made = [...parts, ["Columns", shown] as [string, Row[]]].filter(([, rows]) => rows.length > 0);
     const head = element("tr", {}, ...["what", "before", "after", "change"].map((text) => element("th", { scope: "col" }, text)));
     body.replaceChildren(element("table", { class: "st-grid st-change" }, element("thead", {}, head), ...made.map(([name, rows]) => section(name, rows))));
@@ -54,8 +54,8 @@ function row(one: Partly<Change>): Row {
   return { name: String(one?.name ?? "?"), unit: String(one?.unit ?? ""), before: one?.before ?? null, after: one?.after ?? null };
 }
 
-// Components and what stays the same within rounding are shown on demand.
-function tells(r: Row): boolean {
+// Components and values without changes (within rounding) are displayed on demand.
+function isInformative(r: Row): boolean {
   if (/\/[xyz]$/.test(r.name) || /^(joints|margins)\//.test(r.name)) return false;
   if (r.before === null || r.after === null) return r.before !== r.after;
   return Math.abs(r.after - r.before) > 1e-6 * Math.max(Math.abs(r.before), Math.abs(r.after));
@@ -75,7 +75,7 @@ function section(name: string, rows: Row[]): HTMLElement {
   return element("tbody", {}, element("tr", { class: "st-section" }, element("th", { scope: "rowgroup", colspan: "4" }, name)), ...made);
 }
 
-// In per cent where that says something, else the difference.
+// In per cent if meaningful, else the difference.
 export function change(r: { before: number | null; after: number | null }): string {
   if (r.before === null || r.after === null) return "–";
   const difference = r.after - r.before;

@@ -9,7 +9,7 @@ export interface ChartCard {
   root: HTMLElement;
   controls: HTMLElement; // above the picture
   body: HTMLElement; // the picture
-  note: HTMLElement; // below it: what is left out, and why
+  note: HTMLElement; // below the picture: omitted points, with reasons
   setTitle(text: string): void;
   setLegend(items: LegendItem[]): void;
 }
@@ -61,7 +61,7 @@ export function chartCard(spec: ChartCardSpec): ChartCard {
   };
 }
 
-// For screen readers a chart is one picture with one name; groups of marks have none.
+// For screen readers a chart is one picture with one name; groups of marks have no names.
 function unnamedParts(body: HTMLElement): void {
   for (const part of body.querySelectorAll("svg g[aria-label]:not([role])")) part.removeAttribute("aria-label");
 }

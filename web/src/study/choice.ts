@@ -60,10 +60,11 @@ export interface LinePlan {
   held: Map<string, number>; // axis key: value at which it is held
 }
 
-const kMostLines = 12;
-const kMostPanels = 6;
+const kMaxLines = 12;
+const kMaxPanels = 6;
 
-// x: the numeric axis with most values (relative speed before others); lines: the next; panels: one more that is short.
+// x: the numeric axis with the most values (relative speed preferred); lines: the next; panels: one more with few
+// values.
 export function linePlan(table: StudyTable): LinePlan {
   const open = table.axes.filter((a) => a.levels.length > 1);
   const numeric = open.filter((a) => !a.labels);
@@ -72,13 +73,13 @@ export function linePlan(table: StudyTable): LinePlan {
   const speed = numeric.find((a) => /relative_speed$/.test(a.name) && a.levels.length >= 5);
   const x = speed ?? longest(numeric) ?? open[0] ?? table.axes[0] ?? null;
   const others = open.filter((a) => a !== x);
-  const lines = longest(others.filter((a) => !a.labels && a.levels.length <= kMostLines)) ?? longest(others) ?? null;
+  const lines = longest(others.filter((a) => !a.labels && a.levels.length <= kMaxLines)) ?? longest(others) ?? null;
   const left = others.filter((a) => a !== lines);
-  const panels = left.find((a) => a.levels.length <= kMostPanels) ?? null;
+  const panels = left.find((a) => a.levels.length <= kMaxPanels) ?? null;
   return { x, lines, panels, held: heldValues(left.filter((a) => a !== panels)) };
 }
 
-// Axes that no chart shows are held: labels at their first value, numbers at the middle one.
+// Axes that no chart displays are held: labels at their first value, numbers at the middle one.
 export function heldValues(axes: Field[]): Map<string, number> {
   return new Map(axes.map((a) => [a.key, a.levels[a.labels ? 0 : (a.levels.length - 1) >> 1] ?? 0]));
 }
@@ -102,7 +103,7 @@ export function isWide(field: Field): boolean {
   return greatest / least > 1e3;
 }
 
-// Values that grow by a factor are read on a logarithmic axis.
+// Values that increase by a factor use a logarithmic axis.
 export function isGeometric(field: Field): boolean {
   const v = field.levels;
   if (field.labels || v.length < 3 || v[0] <= 0 || v[v.length - 1] / v[0] < 20) return false;

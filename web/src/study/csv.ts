@@ -11,7 +11,7 @@ export function rowsToText(rows: (string | number)[][], separator = ","): string
   return rows.map((row) => row.map((v) => (typeof v === "number" ? String(v) : quoted(v, separator))).join(separator)).join("\n") + "\n";
 }
 
-// Chosen points with chosen columns, as table.csv has them.
+// Selected points with selected columns, in the format of table.csv.
 export function pointsToText(table: StudyTable, points: Iterable<number>, fields: Field[], separator = ","): string {
   const columns = fields.filter((f) => f.role !== "axis");
   const axes = fields.filter((f) => f.role === "axis");

@@ -24,7 +24,7 @@ export function rowNumber(table: StudyTable, row: number): number {
   return table.numbers ? table.numbers[row] : row;
 }
 
-// Lines for a tooltip: the point, its axes, then what the chart shows.
+// Lines for a tooltip: the point, its axes, then the displayed columns.
 export function describePoint(table: StudyTable, point: number, fields: Field[]): string[] {
   const lines = [`${rowName(table, point)}${table.status[point] === "ok" ? "" : ` · ${table.status[point]}`}`];
   for (const field of new Set([...table.axes.slice(0, 8), ...fields])) {
@@ -38,7 +38,7 @@ export function clipped(text: string, most: number): string {
   return text.length <= most ? text : `${text.slice(0, most - 1)}…`;
 }
 
-// Beginning and end of a long name tell most.
+// Beginning and end of a long name are the most informative parts.
 export function shortened(name: string, most: number): string {
   if (name.length <= most) return name;
   const begin = Math.max(1, Math.floor((most - 1) * 0.4));
@@ -61,7 +61,7 @@ export function plural(count: number, one: string, many = `${one}s`): string {
   return `${counted(count)} ${count === 1 ? one : many}`;
 }
 
-// Long names may break after their separators, not within a unit at their end.
+// Long names may break after their separators, but not within a unit at their end.
 export function breakable(name: string): string {
   return name.replace(/[/_.](?=.)(?![^[]*\]$)/g, "$&\u200b");
 }

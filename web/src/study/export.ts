@@ -1,4 +1,4 @@
-// A chart as a file: SVG with its colours written out, or PNG of it. Always in light colours, for papers.
+// A chart as a file: SVG with explicit colours, or PNG. Always in light colours, for papers.
 import { download, svgElement } from "../dom";
 import { css } from "../plots/theme_colors";
 import { wrapped } from "./parallel_layout";
@@ -10,14 +10,14 @@ export interface LegendItem {
   shape?: "line" | "dot" | "ring" | "cross";
 }
 
-const kKept = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "opacity", "font-size",
+const kCopiedStyles = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "opacity", "font-size",
   "font-family", "font-weight", "text-anchor", "color", "shape-rendering", "paint-order"];
 
-// All pictures inside `root` at their places, with the legend above them.
+// All pictures inside `root` at their positions, with the legend above them.
 export function composeSvg(root: HTMLElement, title: string, legend: () => LegendItem[]): SVGSVGElement {
   const { dataset } = document.documentElement;
   const theme = dataset.theme;
-  // Charts draw themselves again at the event, before the next frame is shown.
+  // Charts redraw at the event, before the next frame is displayed.
   const turn = (to: string | undefined): void => {
     if (to === undefined) delete dataset.theme;
     else dataset.theme = to;
@@ -65,7 +65,7 @@ function placed(picture: SVGSVGElement, place: Record<string, number>): SVGSVGEl
     const style = getComputedStyle(from);
     to.removeAttribute("class");
     to.removeAttribute("style");
-    for (const name of kKept) to.setAttribute(name, style.getPropertyValue(name));
+    for (const name of kCopiedStyles) to.setAttribute(name, style.getPropertyValue(name));
     for (let k = 0; k < from.children.length; ++k) pairs.push([from.children[k], to.children[k]]);
   }
   for (const style of copy.querySelectorAll("style")) style.remove();

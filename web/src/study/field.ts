@@ -16,7 +16,7 @@ export class Field {
     readonly role: Role,
     private readonly make: () => Float64Array,
     readonly labels: string[] | null = null, // values count from 0 into them
-    readonly colors: string[] | null = null, // of the labels, where they mean something
+    readonly colors: string[] | null = null, // of the labels, if they have a meaning
   ) {}
 
   // Per point; NaN without a value.
@@ -41,9 +41,9 @@ export interface StudyTable {
   reason: string[];
   fields: Field[]; // axes, then combined ones, then columns
   axes: Field[];
-  noun: string; // what a row is: "point", "case"
-  numbers: ArrayLike<number> | null; // the rows' own numbers; null: they count from 0
-  first?: Field[]; // columns that tell most here, such as those that criteria read
+  noun: string; // name of a row: "point", "case"
+  numbers: ArrayLike<number> | null; // the rows' own numbers; null: counted from 0
+  first?: Field[]; // the most informative columns, such as those that criteria read
   find(name: string): Field | undefined;
 }
 
@@ -56,7 +56,7 @@ export function sweepTable(data: SweepData): StudyTable {
   return tableOf(size, data.status ?? [], data.reason ?? [], axes, columnFields(data.columns ?? [], data.values ?? [], size));
 }
 
-// The variables of the search are its axes. `point` counts rows and is left out.
+// The variables of the search are its axes. `point` counts rows and is omitted.
 export function optimizationTable(data: OptimizationData): StudyTable {
   const size = data.status?.length ?? 0;
   const variables: string[] = (data.comparison?.variables ?? []).map((v) => String(v?.name));
@@ -92,7 +92,7 @@ function numbers(values: (number | null)[] | undefined, size: number): () => Flo
 // ---- Combined columns, named as in optimizations: largest of …, least of …, norm of … ----
 
 const kLargest = /^(impulse_magnitude|angular_impulse_magnitude|mean_force|peak_force|impulse_tangential|relative_speed)$/;
-const kLeast = /^(speed_factor|largest_speed)$/;
+const kMinimum = /^(speed_factor|largest_speed)$/;
 
 function combinedFields(columns: Field[], size: number): Field[] {
   const made: Field[] = [];
@@ -103,13 +103,13 @@ function combinedFields(columns: Field[], size: number): Field[] {
   };
   for (const [rest, parts] of families(columns, /^grasps\/[^/]+\/([^/]+)$/)) {
     if (kLargest.test(rest)) add(`largest of grasps/*/${rest}`, parts, "the largest over the grasps", largest);
-    if (kLeast.test(rest)) add(`least of grasps/*/${rest}`, parts, "the least over the grasps", least);
+    if (kMinimum.test(rest)) add(`least of grasps/*/${rest}`, parts, "the least over the grasps", least);
   }
   const margins = columns.filter((c) => c.name.startsWith("margins/"));
   add("least of margins", margins, "the minimum margin of all ratings: 1 − load over rating", least);
   for (const [vector, parts] of families(columns, /^(.*)\/[xyz]$/)) {
-    const told = columns.some((c) => c.name === `${vector}_magnitude`) || vector.endsWith("/relative_velocity");
-    if (parts.length === 3 && !told) add(`norm of ${vector}`, parts, "magnitude of the vector", (v) => Math.hypot(...v));
+    const hasMagnitude = columns.some((c) => c.name === `${vector}_magnitude`) || vector.endsWith("/relative_velocity");
+    if (parts.length === 3 && !hasMagnitude) add(`norm of ${vector}`, parts, "magnitude of the vector", (v) => Math.hypot(...v));
   }
   return made;
 }
@@ -126,7 +126,7 @@ function families(columns: Field[], pattern: RegExp): Map<string, Field[]> {
   return found;
 }
 
-// NaN where no part has a number.
+// NaN if no part has a number.
 function combined(parts: Field[], size: number, combine: (values: number[]) => number): Float64Array {
   const columns = parts.map((p) => p.values);
   const made = new Float64Array(size);

@@ -1,4 +1,4 @@
-// Which points are kept, and in which order. No DOM.
+// Filtering and sorting of points. No DOM.
 import type { Field, StudyTable } from "./field";
 
 export interface Range {
@@ -8,7 +8,7 @@ export interface Range {
 }
 
 export interface Filter {
-  ranges: Range[]; // all must hold; a point without a number there is not kept
+  ranges: Range[]; // all must hold; a point without a number fails
   status: string; // "": any
   text: string; // in number, status, reason or a label; "": any
 }
@@ -19,17 +19,17 @@ export function isActive(filter: Filter): boolean {
   return filter.ranges.length > 0 || filter.status !== "" || filter.text.trim() !== "";
 }
 
-// Per point: 1 if kept.
-export function keptPoints(table: StudyTable, filter: Filter): Uint8Array {
-  const kept = new Uint8Array(table.size).fill(1);
+// Per point: 1 if it passes the filter.
+export function passingPoints(table: StudyTable, filter: Filter): Uint8Array {
+  const passing = new Uint8Array(table.size).fill(1);
   for (const { field, from, to } of filter.ranges) {
     const values = field.values;
-    for (let k = 0; k < table.size; ++k) if (!(values[k] >= from && values[k] <= to)) kept[k] = 0;
+    for (let k = 0; k < table.size; ++k) if (!(values[k] >= from && values[k] <= to)) passing[k] = 0;
   }
-  if (filter.status !== "") for (let k = 0; k < table.size; ++k) if (table.status[k] !== filter.status) kept[k] = 0;
+  if (filter.status !== "") for (let k = 0; k < table.size; ++k) if (table.status[k] !== filter.status) passing[k] = 0;
   const text = filter.text.trim().toLowerCase();
-  if (text !== "") for (let k = 0; k < table.size; ++k) if (kept[k] && !mentions(table, k, text)) kept[k] = 0;
-  return kept;
+  if (text !== "") for (let k = 0; k < table.size; ++k) if (passing[k] && !mentions(table, k, text)) passing[k] = 0;
+  return passing;
 }
 
 function mentions(table: StudyTable, point: number, text: string): boolean {
@@ -43,10 +43,10 @@ export interface Order {
   descending: boolean;
 }
 
-// Points that are kept, ordered; those without a number come last either way.
-export function orderedPoints(table: StudyTable, kept: Uint8Array, order: Order): Int32Array {
+// Points that pass, sorted; those without a number are last in both directions.
+export function orderedPoints(table: StudyTable, passing: Uint8Array, order: Order): Int32Array {
   const points: number[] = [];
-  for (let k = 0; k < table.size; ++k) if (kept[k]) points.push(k);
+  for (let k = 0; k < table.size; ++k) if (passing[k]) points.push(k);
   const sign = order.descending ? -1 : 1;
   const { field } = order;
   if (field === "status") points.sort((a, b) => sign * compareText(table.status[a], table.status[b]) || a - b);
@@ -66,13 +66,13 @@ function compareText(a: string, b: string): number {
   return a < b ? -1 : a > b ? 1 : 0;
 }
 
-export function count(kept: Uint8Array): number {
+export function count(passing: Uint8Array): number {
   let sum = 0;
-  for (const one of kept) sum += one;
+  for (const one of passing) sum += one;
   return sum;
 }
 
-// At most `most` points, evenly picked, always the same ones.
+// At most `most` points, evenly selected, always the same ones.
 export function thinned(points: ArrayLike<number>, most: number): number[] {
   if (points.length <= most) return Array.from(points);
   return Array.from({ length: most }, (_, k) => points[Math.floor((k * points.length) / most)]);

@@ -1,4 +1,4 @@
-// The filter as text, with controls that need no pointer: text, status, a range of a column.
+// The filter as text, usable by keyboard: text, status, a range of a column.
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import { counted, plural } from "./describe";
@@ -7,7 +7,7 @@ import { span } from "./shape";
 import type { StudyState } from "./state";
 import { button, fieldOptions, select } from "./ui";
 
-// `of`: what the table's rows are taken from, where they are a part: "100 000 cases, a sample".
+// `of`: the origin of the table's rows, if they are a part: "100 000 cases, a sample".
 export function filterBar(state: StudyState, of = ""): HTMLElement {
   const chips = element("div", { class: "st-filter-chips" });
   const text = element("input", { type: "search", class: "st-select", placeholder: "number, reason or label", "aria-label": `Keep ${state.table.noun}s that mention` });
@@ -24,17 +24,17 @@ export function filterBar(state: StudyState, of = ""): HTMLElement {
     (statusBox.querySelector("select") as HTMLSelectElement).value = "";
     state.setFilter(kNoFilter);
   };
-  const tell = (): void => {
+  const refresh = (): void => {
     const { ranges } = state.filter;
-    const said = state.filtered ? `${plural(state.keptCount, noun)} of ${counted(state.table.size)} kept` : of ? `${counted(state.table.size)} of ${of}` : `All ${plural(state.table.size, noun)}`;
+    const summary = state.filtered ? `${plural(state.passingCount, noun)} of ${counted(state.table.size)} kept` : of ? `${counted(state.table.size)} of ${of}` : `All ${plural(state.table.size, noun)}`;
     chips.replaceChildren(
-      element("strong", { role: "status" }, said),
+      element("strong", { role: "status" }, summary),
       ...ranges.map((r) => button(`${rangeText(r)} ×`, () => state.setRange(r.field.key, null), { class: "st-chip", "aria-label": `Let go: ${rangeText(r)}` })),
       ...(state.filtered ? [button("Keep all", reset)] : []),
     );
   };
-  state.listenFilter(tell);
-  tell();
+  state.listenFilter(refresh);
+  refresh();
   return element(
     "section",
     { class: "card st-card st-filter", id: "study-filter", "aria-label": "Filter" },
@@ -45,8 +45,8 @@ export function filterBar(state: StudyState, of = ""): HTMLElement {
 
 function rangeText(r: Range): string {
   if (r.field.labels) {
-    const kept = r.field.labels.filter((_, k) => k >= r.from && k <= r.to);
-    return `${r.field.name}: ${kept.join(", ") || "none"}`;
+    const names = r.field.labels.filter((_, k) => k >= r.from && k <= r.to);
+    return `${r.field.name}: ${names.join(", ") || "none"}`;
   }
   const end = (v: number): string => (Number.isFinite(v) ? number(v) : "any");
   return `${r.field.name}: ${end(r.from)} … ${end(r.to)} ${unitText(r.field.unit)}`.trim();
@@ -61,7 +61,7 @@ function rangeForm(state: StudyState): HTMLElement {
     from.placeholder = s.numbers > 0 ? number(s.least) : "from";
     to.placeholder = s.numbers > 0 ? number(s.greatest) : "to";
   };
-  const keep = (): void => {
+  const apply = (): void => {
     const [low, high] = [from.value === "" ? -Infinity : Number(from.value), to.value === "" ? Infinity : Number(to.value)];
     if (field) state.setRange(field.key, { field, from: low, to: high });
   };
@@ -71,5 +71,5 @@ function rangeForm(state: StudyState): HTMLElement {
     from.value = to.value = "";
     offer();
   });
-  return element("span", { class: "st-joined" }, box, from, to, button("Keep", keep));
+  return element("span", { class: "st-joined" }, box, from, to, button("Keep", apply));
 }

@@ -19,11 +19,11 @@ export interface HeaderSpec {
   title: string;
   verdict: string;
   tone: Tone;
-  said: string; // a sentence or two
+  explanation: string; // a sentence or two
   facts: string[]; // in one line under the title
   tiles: Tile[];
-  about: [string, string][]; // settings; those without a text are left out
-  text: string; // the file itself; "": not known
+  about: [string, string][]; // settings; those without a text are omitted
+  text: string; // the file's contents; "": not known
   more: Node | null; // below the settings
 }
 
@@ -39,7 +39,7 @@ export function header(spec: HeaderSpec): HTMLElement {
       element("h1", {}, spec.title || "untitled"),
       element("p", { class: "facts" }, ...spec.facts.filter((f) => f !== "").map((f) => element("span", {}, f))),
     ),
-    element("div", { class: `st-verdict st-verdict-${spec.tone}`, id: "study-verdict" }, element("p", { class: "st-word" }, spec.tone === "none" ? element("strong", {}, spec.verdict) : mark(spec.tone, spec.verdict)), element("p", { class: "small" }, spec.said)),
+    element("div", { class: `st-verdict st-verdict-${spec.tone}`, id: "study-verdict" }, element("p", { class: "st-word" }, spec.tone === "none" ? element("strong", {}, spec.verdict) : mark(spec.tone, spec.verdict)), element("p", { class: "small" }, spec.explanation)),
     element("div", { class: "tiles st-tiles" }, ...spec.tiles.map(tile)),
     element(
       "details",

@@ -12,7 +12,7 @@ import { makePointable, Spots } from "./spots";
 import type { StudyState } from "./state";
 import { fieldOptions, onWidth, select, toggle, whileSeen } from "./ui";
 
-const kMostVectorCells = 4000; // beyond, cells are painted
+const kMaxVectorCells = 4000; // with more cells, they are painted
 
 export class HeatMap {
   readonly card: ChartCard;
@@ -111,7 +111,7 @@ export class HeatMap {
     this.card.note.textContent = this.log && least <= 0 ? "Colours stay linear: not all values are positive." : "";
   }
 
-  // Names of labels have the margin's width.
+  // Label names are limited to the margin's width.
   private labelsUp(room: number): Plot.ScaleOptions {
     const { labels } = this.y;
     return labels ? { tickFormat: (k: number) => clipped(labels[k] ?? "", Math.floor((room - 14) / 6.4)) } : {};
@@ -133,13 +133,13 @@ export class HeatMap {
     const apply = Plot.scale({ color })!.apply;
     const boxes = this.cells.map((c) => {
       const [a, b, d, e] = [scales.x(c.x1), scales.x(c.x2), scales.y(c.y2), scales.y(c.y1)];
-      return { x: a, y: d, width: b - a, height: e - d, fill: Number.isFinite(c.value) ? String(apply(c.value)) : "", kept: this.state.kept[c.point] === 1 };
+      return { x: a, y: d, width: b - a, height: e - d, fill: Number.isFinite(c.value) ? String(apply(c.value)) : "", passing: this.state.passing[c.point] === 1 };
     });
-    const vector = boxes.length <= kMostVectorCells;
+    const vector = boxes.length <= kMaxVectorCells;
     const group = svgElement("g", {}, !vector && painted(boxes));
     for (const box of boxes) {
-      const { x, y, width, height, fill, kept } = box;
-      if (vector && fill) group.append(svgElement("rect", { x, y, width, height, fill, "fill-opacity": kept ? 1 : 0.18, "shape-rendering": "crispEdges" }));
+      const { x, y, width, height, fill, passing } = box;
+      if (vector && fill) group.append(svgElement("rect", { x, y, width, height, fill, "fill-opacity": passing ? 1 : 0.18, "shape-rendering": "crispEdges" }));
       if (fill) continue;
       const r = Math.min(4, width / 3, height / 3);
       const d = `M${x + width / 2 - r},${y + height / 2 - r}l${2 * r},${2 * r}m0,${-2 * r}l${-2 * r},${2 * r}`;
@@ -173,10 +173,10 @@ interface Box {
   width: number;
   height: number;
   fill: string;
-  kept: boolean;
+  passing: boolean;
 }
 
-// All cells as one picture, two pixels per pixel.
+// All cells as one picture, at twice the resolution.
 function painted(boxes: Box[]): SVGElement {
   const [left, top] = [span(boxes.map((b) => b.x)).least, span(boxes.map((b) => b.y)).least];
   const width = span(boxes.map((b) => b.x + b.width)).greatest - left;
@@ -188,7 +188,7 @@ function painted(boxes: Box[]): SVGElement {
   pen.scale(2, 2);
   for (const b of boxes) {
     if (!b.fill) continue;
-    pen.globalAlpha = b.kept ? 1 : 0.18;
+    pen.globalAlpha = b.passing ? 1 : 0.18;
     pen.fillStyle = b.fill;
     pen.fillRect(b.x - left, b.y - top, b.width + 0.5, b.height + 0.5);
   }

@@ -1,4 +1,4 @@
-// How often which values of a column occur: all points, and those the filter keeps. A click on a bar filters by it.
+// Histogram of a column: all points, and those that pass the filter. A click on a bar filters by it.
 import * as Plot from "@observablehq/plot";
 import { mainColumn } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
@@ -12,7 +12,7 @@ import type { StudyState } from "./state";
 import { hideTooltip, showTooltip } from "./tooltip";
 import { fieldOptions, onWidth, select, whileSeen } from "./ui";
 
-// Points are counted in whole numbers.
+// Counts of points are integers.
 function wholeTicks(most: number): number[] | number {
   return most <= 5 ? Array.from({ length: most + 1 }, (_, k) => k) : 5;
 }
@@ -29,7 +29,7 @@ export class Histogram {
   ) {
     const { fields } = state.table;
     this.field = mainColumn(state.table) ?? fields[0];
-    const csv = (): string => rowsToText([["from", "to", "points", "kept"], ...this.bins.map((b) => [b.from, b.to, b.all, b.kept])]);
+    const csv = (): string => rowsToText([["from", "to", "points", "kept"], ...this.bins.map((b) => [b.from, b.to, b.all, b.passing])]);
     this.card = chartCard({ id: "histogram", title: "Histogram", study, csv });
     this.card.controls.append(
       select("Column", fieldOptions(fields), this.field.key, (key) => {
@@ -46,11 +46,11 @@ export class Histogram {
 
   private draw(): void {
     if (this.width === 0 || !this.field) return;
-    const { bins, missing } = binsOf(this.field, this.state.kept, this.width < 420 ? 18 : 30);
+    const { bins, missing } = binsOf(this.field, this.state.passing, this.width < 420 ? 18 : 30);
     this.bins = bins;
     this.card.setTitle(`Distribution of ${this.field.name}`);
-    const said = missing > 0 ? `${plural(missing, "point")} without a value.` : "";
-    this.card.note.textContent = bins.length === 0 ? "No point has a value here." : `${said} A click on a bar keeps only its points.`.trim();
+    const missingNote = missing > 0 ? `${plural(missing, "point")} without a value.` : "";
+    this.card.note.textContent = bins.length === 0 ? "No point has a value here." : `${missingNote} A click on a bar keeps only its points.`.trim();
     if (bins.length === 0) return this.card.body.replaceChildren();
     const [low, high] = [bins[0].from, bins[bins.length - 1].to];
     const plot = Plot.plot({
@@ -59,7 +59,7 @@ export class Histogram {
       y: { label: "points", labelArrow: "none", grid: true, ticks: wholeTicks(Math.max(...bins.map((b) => b.all))), tickFormat: counted },
       marks: [
         Plot.rectY(bins, { x1: "from", x2: "to", y: "all", fill: "#999999", fillOpacity: 0.35, insetLeft: 0.5, insetRight: 0.5 }),
-        Plot.rectY(bins, { x1: "from", x2: "to", y: "kept", fill: "#0072b2", insetLeft: 0.5, insetRight: 0.5 }),
+        Plot.rectY(bins, { x1: "from", x2: "to", y: "passing", fill: "#0072b2", insetLeft: 0.5, insetRight: 0.5 }),
         Plot.ruleY([0], { stroke: "currentColor" }),
       ],
     }) as SVGSVGElement & Plot.Plot;
@@ -80,8 +80,8 @@ export class Histogram {
     plot.addEventListener("pointermove", (event) => {
       const bin = at(event);
       if (!bin) return hideTooltip();
-      const said = [range(bin), plural(bin.all, "point"), ...(this.state.filtered ? [`${bin.kept} kept`] : [])];
-      showTooltip(said, event.clientX, event.clientY);
+      const lines = [range(bin), plural(bin.all, "point"), ...(this.state.filtered ? [`${bin.passing} kept`] : [])];
+      showTooltip(lines, event.clientX, event.clientY);
     });
     plot.addEventListener("pointerleave", hideTooltip);
     plot.addEventListener("click", (event) => {
@@ -90,7 +90,7 @@ export class Histogram {
     });
   }
 
-  // A second click on the same bar takes the filter away.
+  // A second click on the same bar removes the filter.
   private toggled(bin: Bin): { field: Field; from: number; to: number } | null {
     const now = this.state.filter.ranges.find((r) => r.field.key === this.field.key);
     return now && now.from === bin.from && now.to === bin.to ? null : { field: this.field, from: bin.from, to: bin.to };

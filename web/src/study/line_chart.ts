@@ -16,15 +16,15 @@ import type { StudyState } from "./state";
 import { button, fieldOptions, onWidth, select, toggle, whileSeen } from "./ui";
 
 const kDashes = ["", "6,3", "2,3", "9,3,2,3"];
-const kMostLines = 60;
-const kMostDots = 3000;
+const kMaxLines = 60;
+const kMaxDots = 3000;
 
 export class LineChart {
   readonly card: ChartCard;
   private x: Field | null;
   private lines: Field | null;
   private panels: Field | null;
-  private held: Map<string, number>; // an axis that is not here shows all its values
+  private held: Map<string, number>; // an axis that is not here has all its values displayed
   private y: Field[];
   private log = false;
   private width = 0;
@@ -94,7 +94,7 @@ export class LineChart {
     return element("span", { class: "st-joined" }, box, remove);
   }
 
-  // A further column; first offered is one of the same unit.
+  // A further column; those of the same unit are offered first.
   private addColumn(columns: Field[]): HTMLElement {
     const left = columns.filter((f) => !this.y.includes(f));
     const next = left.find((f) => f.unit === this.y[0].unit) ?? left[0];
@@ -127,7 +127,7 @@ export class LineChart {
 
   private draw(): void {
     if (this.width === 0 || this.y.length === 0) return;
-    const query = { x: this.x, lines: this.lines, panels: this.panels, held: this.held, most: kMostLines };
+    const query = { x: this.x, lines: this.lines, panels: this.panels, held: this.held, most: kMaxLines };
     const { panels, leftOut } = linesOf(this.state.table, query);
     const units = [...new Set(this.y.map((f) => f.unit))];
     const count = panels.length * units.length;
@@ -147,12 +147,12 @@ export class LineChart {
   }
 
   private note(panels: Panel[], leftOut: number): string {
-    const said: string[] = [];
-    if (panels.length === 0) said.push("No point has the held values.");
-    else if (!this.drawn.some((k) => this.y.some((f) => Number.isFinite(f.values[k])))) said.push("No point shown has a value.");
-    if (leftOut > 0) said.push(`${plural(leftOut, "line")} left out: at most ${kMostLines} per panel are drawn, evenly picked.`);
-    if (this.log && this.y.some((f) => this.drawn.some((k) => f.values[k] <= 0))) said.push("Values that are not positive are not shown on the log scale.");
-    return said.join(" ");
+    const notes: string[] = [];
+    if (panels.length === 0) notes.push("No point has the held values.");
+    else if (!this.drawn.some((k) => this.y.some((f) => Number.isFinite(f.values[k])))) notes.push("No point shown has a value.");
+    if (leftOut > 0) notes.push(`${plural(leftOut, "line")} left out: at most ${kMaxLines} per panel are drawn, evenly picked.`);
+    if (this.log && this.y.some((f) => this.drawn.some((k) => f.values[k] <= 0))) notes.push("Values that are not positive are not shown on the log scale.");
+    return notes.join(" ");
   }
 
   private legend(panels: Panel[]): LegendItem[] {
@@ -211,12 +211,12 @@ export class LineChart {
     return Plot.plot({ width, height, marginLeft: 58, marginBottom: 42, marginTop: 26, marginRight: 14, style: kStyle, x, y, color: { type: "identity" }, marks });
   }
 
-  // Lines with dots; what the filter leaves out is faint; crosses on the axis where there is no value.
+  // Lines with dots; points that fail the filter are faint; crosses on the axis mark missing values.
   private marks(panel: Panel, field: Field): Plot.Markish[] {
     const color = levelColor(this.lines);
-    const kept = this.state.kept;
-    const flat = (keep: (k: number) => boolean): { k: number; line: Line; id: number }[] =>
-      panel.lines.flatMap((line, id) => line.points.filter(keep).map((k) => ({ k, line, id })));
+    const passing = this.state.passing;
+    const flat = (accept: (k: number) => boolean): { k: number; line: Line; id: number }[] =>
+      panel.lines.flatMap((line, id) => line.points.filter(accept).map((k) => ({ k, line, id })));
     type Row = { k: number; line: Line; id: number };
     const y = (row: Row): number => (this.log && field.values[row.k] <= 0 ? NaN : field.values[row.k]);
     const all = flat(() => true);
@@ -225,10 +225,10 @@ export class LineChart {
     const marks: Plot.Markish[] = [];
     const faint = this.state.filtered ? 0.25 : 1;
     if (!this.x?.labels && this.x) marks.push(Plot.line(all, { ...channels, z: "id", strokeWidth: 1.7, strokeDasharray: dash, strokeOpacity: faint }));
-    const withDots = all.filter((r) => kept[r.k] && Number.isFinite(y(r)));
-    if (withDots.length <= kMostDots) marks.push(Plot.dot(withDots, { ...channels, fill: channels.stroke, r: withDots.length > 400 ? 1.6 : this.x?.labels ? 4 : 2.6, stroke: null }));
+    const withDots = all.filter((r) => passing[r.k] && Number.isFinite(y(r)));
+    if (withDots.length <= kMaxDots) marks.push(Plot.dot(withDots, { ...channels, fill: channels.stroke, r: withDots.length > 400 ? 1.6 : this.x?.labels ? 4 : 2.6, stroke: null }));
     const none = all.filter((r) => !Number.isFinite(field.values[r.k]));
-    if (none.length > 0 && none.length <= kMostDots)
+    if (none.length > 0 && none.length <= kMaxDots)
       marks.push(Plot.dot(none, { x: channels.x, frameAnchor: "bottom", dy: -5, symbol: "times", r: 3.5, stroke: "#d55e00", strokeWidth: 1.5 }));
     return marks;
   }

@@ -68,8 +68,8 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
   const { before = null, after = null } = c?.objective ?? {};
   const unit = text(c?.objective?.unit) === "1" ? "" : text(c?.objective?.unit);
   const limits = Array.isArray(c?.limits) ? c.limits : [];
-  const kept = typeof c?.best === "number" && after !== null && !isBeyond(found, table, c.best);
-  const [verdict, tone] = verdictOf(c, before, after, kept, limits.length > 0);
+  const meetsLimits = typeof c?.best === "number" && after !== null && !isBeyond(found, table, c.best);
+  const [verdict, tone] = verdictOf(c, before, after, meetsLimits, limits.length > 0);
   const count = (name: "evaluations" | "failed" | "unreachable" | "beyond_limits"): number => Number(c?.[name] ?? 0);
   const without = count("failed") + count("unreachable");
   return header({
@@ -77,10 +77,10 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
     title: data.title,
     verdict,
     tone,
-    said: said(c, before, after, unit),
+    explanation: explanation(c, before, after, unit),
     tiles: [
       { name: "objective before", value: number(before), unit, detail: c?.before_acceptable === false ? "beyond a limit" : "the unchanged scenario" },
-      { name: "objective after", value: number(after), unit, detail: before !== null && after !== null ? change({ before, after }) : undefined, tone: kept ? "good" : "bad" },
+      { name: "objective after", value: number(after), unit, detail: before !== null && after !== null ? change({ before, after }) : undefined, tone: meetsLimits ? "good" : "bad" },
       ...limits.slice(0, 3).map((l) => ({ name: text(l?.name), value: number(l?.after), unit: text(l?.unit) === "1" ? "" : text(l?.unit), detail: `before ${number(l?.before)}` })),
       { name: "evaluations", value: counted(count("evaluations") || table.size), detail: `${count("beyond_limits")} violate limits, ${without} failed or unreachable` },
     ],
@@ -101,9 +101,9 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
   });
 }
 
-function verdictOf(c: Comparison, before: number | null, after: number | null, kept: boolean, limited: boolean): [string, Tone] {
+function verdictOf(c: Comparison, before: number | null, after: number | null, meetsLimits: boolean, limited: boolean): [string, Tone] {
   if (after === null) return ["No best point found", "bad"];
-  if (!kept) return ["No point meets all limits", "bad"];
+  if (!meetsLimits) return ["No point meets all limits", "bad"];
   const limits = limited ? ", all limits met" : "";
   if (before === null) return [`Best point found${limits}`, "good"];
   const better = text(c?.objective?.name).startsWith("maximize") ? after > before : after < before;
@@ -115,7 +115,7 @@ function isBeyond(found: OptimizationData, table: StudyTable, best: number): boo
   return searchOf(table, found.comparison).outcome[best] === "beyond";
 }
 
-function said(c: Comparison, before: number | null, after: number | null, unit: string): string {
+function explanation(c: Comparison, before: number | null, after: number | null, unit: string): string {
   const name = text(c?.objective?.name);
   if (before === null || after === null) return name ? `Asked: ${name}.` : "";
   return `Objective: ${name}. From ${number(before)} to ${number(after)} ${unitText(unit)}`.trim() + ". This is the best evaluated point, not a proven optimum.";

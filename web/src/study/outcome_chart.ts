@@ -15,7 +15,7 @@ import { makePointable, Spots } from "./spots";
 import type { StudyState } from "./state";
 import { onWidth, toggle, whileSeen } from "./ui";
 
-const kMostVectorDots = 3000;
+const kMaxVectorDots = 3000;
 
 export interface OutcomeSpec {
   id: string;
@@ -68,8 +68,8 @@ export class OutcomeChart {
     const panels = against.map((field) => element("figure", { class: "st-panel" }, this.panel(field, width, against.length > 1)));
     this.card.body.replaceChildren(element("div", { class: "st-panels" }, ...panels));
     this.card.setLegend(this.legend());
-    const many = this.state.table.size > kMostVectorDots;
-    this.card.note.textContent = many ? `${plural(kMostVectorDots, "dot")} of ${plural(this.state.table.size, "evaluation")} drawn, evenly picked.` : "";
+    const many = this.state.table.size > kMaxVectorDots;
+    this.card.note.textContent = many ? `${plural(kMaxVectorDots, "dot")} of ${plural(this.state.table.size, "evaluation")} drawn, evenly picked.` : "";
   }
 
   private legend(): LegendItem[] {
@@ -89,7 +89,7 @@ export class OutcomeChart {
     const x = (k: number): number => (field ? field.values[k] : k);
     const y = (k: number): number => objective.values[k];
     const { least, greatest } = span([...objective.values, this.spec.before ?? NaN]);
-    const step = Math.ceil(this.state.table.size / kMostVectorDots);
+    const step = Math.ceil(this.state.table.size / kMaxVectorDots);
     const points = Array.from({ length: this.state.table.size }, (_, k) => k).filter((k) => k % step === 0 || k === search.best);
     const plot = Plot.plot({
       width, height, marginLeft: 62, marginBottom: 42, marginTop: 26, marginRight: 14, style: kStyle,
@@ -114,13 +114,13 @@ export class OutcomeChart {
 
   private marks(points: number[], x: (k: number) => number, y: (k: number) => number, history: boolean): Plot.Markish[] {
     const { search, before } = this.spec;
-    const kept = this.state.kept;
+    const passing = this.state.passing;
     const marks: Plot.Markish[] = [];
     if (before !== null) marks.push(Plot.ruleY([before], { stroke: "#777777", strokeDasharray: "4,3" }));
     const of = (outcome: string): number[] => points.filter((k) => search.outcome[k] === outcome);
-    const look = { x, y, r: points.length > 400 ? 2 : 3.2, opacity: (k: number) => (kept[k] ? 1 : 0.2) };
-    marks.push(Plot.dot(of("beyond"), { ...look, stroke: kOutcomeColors.beyond, strokeWidth: 1.2, fill: "none" }));
-    marks.push(Plot.dot(of("acceptable"), { ...look, fill: (k: number) => this.color(k), stroke: "none" }));
+    const dotStyle = { x, y, r: points.length > 400 ? 2 : 3.2, opacity: (k: number) => (passing[k] ? 1 : 0.2) };
+    marks.push(Plot.dot(of("beyond"), { ...dotStyle, stroke: kOutcomeColors.beyond, strokeWidth: 1.2, fill: "none" }));
+    marks.push(Plot.dot(of("acceptable"), { ...dotStyle, fill: (k: number) => this.color(k), stroke: "none" }));
     marks.push(Plot.dot(of("none"), { x, frameAnchor: "bottom", dy: -5, symbol: "times", r: 3, stroke: kOutcomeColors.none, strokeWidth: 1.3 }));
     if (history) marks.push(Plot.line(points, { x, y: (k: number) => search.bestSoFar[k], curve: "step-after", stroke: "#d55e00", strokeWidth: 1.8 }));
     if (search.best !== null) marks.push(Plot.dot([search.best], { x, y, r: 6, stroke: "#e69f00", strokeWidth: 2.2, fill: "none" }));

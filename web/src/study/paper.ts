@@ -1,4 +1,4 @@
-// Paper is white: charts, whose colours are written into them, are drawn in light ones while a dark page is printed.
+// Charts contain their colours: on a dark page they are redrawn in light colours for printing on white paper.
 import { css } from "../plots/theme_colors";
 
 export function lightOnPaper(): void {
@@ -8,7 +8,7 @@ export function lightOnPaper(): void {
   const turn = (to: string | undefined): void => {
     if (to === undefined) delete dataset.theme;
     else dataset.theme = to;
-    window.dispatchEvent(new Event("grapnel-theme")); // charts draw themselves again
+    window.dispatchEvent(new Event("grapnel-theme")); // charts redraw
   };
   window.addEventListener("beforeprint", () => {
     if (turned || css("--scheme") !== "dark") return;

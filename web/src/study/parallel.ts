@@ -1,5 +1,5 @@
-// Parallel coordinates: every point is a line over axes and columns. Dragging along an axis keeps the points that pass
-// there, everywhere on the page.
+// Parallel coordinates: every point is a line over axes and columns. Dragging along an axis filters points by range, on
+// the whole page.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { onThemeChange } from "../plots/theme_colors";
@@ -16,9 +16,9 @@ import type { StudyState } from "./state";
 import { hideTooltip, showTooltip } from "./tooltip";
 import { button, fieldOptions, onWidth, select, whileSeen } from "./ui";
 
-const kMostLines = 4000;
+const kMaxLines = 4000;
 const kHeight = 400;
-const kLeastStep = 104; // [px] between axes
+const kMinStep = 104; // [px] between axes
 
 export class ParallelCoordinates {
   readonly card: ChartCard;
@@ -26,7 +26,7 @@ export class ParallelCoordinates {
   private color: Field | undefined;
   private width = 0;
   private axes: ParallelAxis[] = [];
-  private drawn: number[] = []; // kept points that have a line
+  private drawn: number[] = []; // passing points with a line
   private readonly canvas = element("canvas", { "aria-hidden": "true" });
   private readonly overlay = svgElement("svg", { class: "st-parallel-axes", role: "img" });
   private readonly marked = svgElement("g");
@@ -34,13 +34,13 @@ export class ParallelCoordinates {
   constructor(
     private readonly state: StudyState,
     study: string,
-    private readonly best: number | null = null, // a point to stand out
-    color?: Field, // of the lines at first; the main column if not given
+    private readonly best: number | null = null, // a highlighted point
+    color?: Field, // initial colour of the lines; default: the main column
   ) {
     const { table } = state;
     this.fields = [...table.axes.filter((a) => a.levels.length > 1).slice(0, 7), ...tellingColumns(table, 4)].slice(0, 9);
     this.color = color ?? mainColumn(table);
-    const csv = (): string => pointsToText(table, [...state.kept.keys()].filter((k) => state.kept[k]), [...table.axes, ...this.fields.filter((f) => f.role !== "axis")]);
+    const csv = (): string => pointsToText(table, [...state.passing.keys()].filter((k) => state.passing[k]), [...table.axes, ...this.fields.filter((f) => f.role !== "axis")]);
     this.card = chartCard({ id: "parallel", title: "Parallel coordinates", study, csv });
     const stage = element("div", { class: "st-parallel" }, this.canvas, this.overlay);
     this.card.body.append(stage);
@@ -85,7 +85,7 @@ export class ParallelCoordinates {
 
   private draw(): void {
     if (this.width === 0) return;
-    const wide = Math.max(this.width, 128 + kLeastStep * (this.fields.length - 1));
+    const wide = Math.max(this.width, 128 + kMinStep * (this.fields.length - 1));
     this.axes = parallelAxes(this.fields, wide);
     this.canvas.width = wide * 2;
     this.canvas.height = kHeight * 2;
@@ -97,17 +97,17 @@ export class ParallelCoordinates {
   }
 
   private drawLines(): void {
-    const { kept, table } = this.state;
+    const { passing, table } = this.state;
     const [on, off]: [number[], number[]] = [[], []];
-    for (let k = 0; k < table.size; ++k) (kept[k] ? on : off).push(k);
-    this.drawn = thinned(on, kMostLines);
+    for (let k = 0; k < table.size; ++k) (passing[k] ? on : off).push(k);
+    this.drawn = thinned(on, kMaxLines);
     const pen = this.canvas.getContext("2d")!;
     pen.setTransform(2, 0, 0, 2, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.lineWidth = 1;
     pen.globalAlpha = off.length > 300 ? 0.08 : 0.2;
     pen.strokeStyle = "#888888";
-    for (const k of thinned(off, kMostLines / 2)) this.stroke(pen, k);
+    for (const k of thinned(off, kMaxLines / 2)) this.stroke(pen, k);
     pen.globalAlpha = Math.max(0.12, Math.min(0.8, 60 / Math.sqrt(this.drawn.length + 1) / 10 + 0.1));
     pen.lineWidth = this.drawn.length > 500 ? 1 : 1.3;
     const color = this.colorOf();
@@ -175,7 +175,7 @@ export class ParallelCoordinates {
   }
 
   private drawTicks(group: SVGGElement, axis: ParallelAxis, last: boolean): void {
-    // Beside the last axis there is room for numbers, not for labels.
+    // The space beside the last axis suffices for numbers, not for labels.
     const [dx, anchor] = last && axis.field.labels ? [-6, "end"] : [6, "start"];
     for (const tick of ticksOf(axis)) {
       const y = heightOf(axis, tick, kHeight);

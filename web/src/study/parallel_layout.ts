@@ -1,4 +1,4 @@
-// Where the lines of parallel coordinates run. No DOM.
+// Layout of the lines of parallel coordinates. No DOM.
 import { isGeometric } from "./choice";
 import type { Field } from "./field";
 import { span } from "./shape";
@@ -12,7 +12,7 @@ export interface ParallelAxis {
 }
 
 export const kTop = 70; // above the axes: their names
-export const kBottom = 34; // below them: where points without a value pass
+export const kBottom = 34; // below them: points without a value
 
 export function parallelAxes(fields: Field[], width: number): ParallelAxis[] {
   const side = Math.min(64, width / 6);
@@ -42,11 +42,11 @@ export function ticksOf(axis: ParallelAxis): number[] {
   return Array.from({ length: 5 }, (_, k) => (axis.log ? axis.least * (axis.greatest / axis.least) ** (k / 4) : axis.least + (k / 4) * (axis.greatest - axis.least)));
 }
 
-// A name in at most `most` lines, broken at its separators, its unit kept together.
+// A name in at most `most` lines, broken at its separators, without breaks in its unit.
 export function wrapped(name: string, width: number, most: number): string[] {
   const lines: string[] = [""];
-  for (const piece of name.split(/(?<=[\s/_.])(?![^[]*\]$)/)) {
-    for (let rest = piece; rest !== ""; ) {
+  for (const chunk of name.split(/(?<=[\s/_.])(?![^[]*\]$)/)) {
+    for (let rest = chunk; rest !== ""; ) {
       const room = width - lines[lines.length - 1].length;
       if (rest.length <= room || (rest.length > width && room === width)) {
         lines[lines.length - 1] += rest.slice(0, width);
@@ -58,7 +58,7 @@ export function wrapped(name: string, width: number, most: number): string[] {
   return [...lines.slice(0, most - 1), `${lines[most - 1].slice(0, Math.max(1, width - 1))}…`];
 }
 
-// Index of the line nearest to a place, of those drawn; -1: none within reach.
+// Index of the nearest drawn line to a position; -1: none within reach.
 export function nearestLine(axes: ParallelAxis[], points: number[], x: number, y: number, height: number, reach = 12): number {
   const right = axes.findIndex((a) => a.x >= x);
   if (right < 0 || axes.length < 2) return -1;

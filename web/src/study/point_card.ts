@@ -1,4 +1,4 @@
-// The case of the selected point: its values, why it failed, and the command that replays it.
+// The case of the selected point: its values, the reason of a failure, and the command that replays it.
 import { element } from "../dom";
 import { unitText } from "../format";
 import { badgeOf } from "./badge";
@@ -13,8 +13,8 @@ export interface PointCardSpec {
   state: StudyState;
   command: (point: number) => string; // "": none
   remark: (point: number) => string; // "best point found"; "": none
-  more?: (point: number) => Node | null; // where else to look
-  steps: boolean; // whether points lie on a grid that can be walked
+  more?: (point: number) => Node | null; // further links
+  steps: boolean; // whether points are on a grid with neighbours
 }
 
 export function pointCard(spec: PointCardSpec): HTMLElement {
@@ -27,7 +27,7 @@ export function pointCard(spec: PointCardSpec): HTMLElement {
     else {
       const held = root.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
       root.replaceChildren(...content(spec, neighbours, point, open));
-      // A button that was pressed keeps the keyboard, for another step.
+      // The pressed button retains the focus, for another step.
       if (held) [...root.querySelectorAll<HTMLElement>("[aria-label]")].find((e) => e.getAttribute("aria-label") === held)?.focus();
     }
   };
@@ -91,7 +91,7 @@ function group(title: string, key: string, fields: Field[], point: number, open:
     );
     made.append(element("table", { class: "st-values" }, element("tbody", {}, ...rows)));
   };
-  // Groups stay as they were opened when another point is selected.
+  // Groups remain open or closed when another point is selected.
   made.open = open.has(key);
   if (made.open) fill();
   made.addEventListener("toggle", () => {
@@ -102,7 +102,7 @@ function group(title: string, key: string, fields: Field[], point: number, open:
   return made;
 }
 
-// By what comes before the last parts of the name: "grasps/tip-1", "base", "margins/arm-1-joint-1".
+// By the first parts of the name: "grasps/tip-1", "base", "margins/arm-1-joint-1".
 function grouped(fields: Field[]): Map<string, Field[]> {
   const found = new Map<string, Field[]>();
   for (const field of fields) {

@@ -1,4 +1,5 @@
-// All points as a table: sorted by a click on a head, filtered, only the rows in view made. Arrow keys move, Enter selects.
+// All points as a table: a click on a head sorts; filtered; only visible rows are created. Arrow keys move, Enter
+// selects.
 import { download, element } from "../dom";
 import { badgeOf } from "./badge";
 import { tellingColumns } from "./choice";
@@ -25,12 +26,12 @@ export class PointTable {
   private readonly scroller = element("div", { class: "st-table-scroll" });
   private readonly head = element("div", { class: "st-tr st-thead", role: "row" });
   private readonly space = element("div", { class: "st-table-space", role: "rowgroup" });
-  private readonly said = element("span", { class: "st-count", role: "status" });
+  private readonly count = element("span", { class: "st-count", role: "status" });
   private order: Order = { field: "point", descending: false };
   private points: Int32Array = new Int32Array();
   private columns: Column[] = [];
   private all = false;
-  private cursor = 0; // row that has the keyboard
+  private cursor = 0; // row with the focus
   private focusNext = false;
 
   constructor(
@@ -44,7 +45,7 @@ export class PointTable {
       "section",
       { class: "card st-card", id: "study-table", "aria-label": `Table of ${state.table.noun}s` },
       element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, this.title), this.downloads()),
-      element("div", { class: "st-controls" }, this.said, toggle("all columns", false, (on) => ((this.all = on), this.rebuild()))),
+      element("div", { class: "st-controls" }, this.count, toggle("all columns", false, (on) => ((this.all = on), this.rebuild()))),
       this.scroller,
       element("p", { class: "st-note" }, "A click on a row, or Enter, shows its case. What is filtered above is filtered here."),
     );
@@ -113,14 +114,14 @@ export class PointTable {
   }
 
   private reorder(): void {
-    this.points = orderedPoints(this.state.table, this.state.kept, this.order);
+    this.points = orderedPoints(this.state.table, this.state.passing, this.order);
     const heads = [...this.head.children].filter((c) => c.querySelector("button"));
     this.columns.forEach((column, k) => {
       const sort = this.order.field === column ? (this.order.descending ? "descending" : "ascending") : "none";
       heads[k]?.setAttribute("aria-sort", sort);
     });
     const { size, noun } = this.state.table;
-    this.said.textContent = this.points.length === size ? plural(size, noun) : `${counted(this.points.length)} of ${plural(size, noun)}`;
+    this.count.textContent = this.points.length === size ? plural(size, noun) : `${counted(this.points.length)} of ${plural(size, noun)}`;
     this.scroller.setAttribute("aria-rowcount", String(this.points.length + 1));
     this.space.style.height = `${Math.min(kTallest, this.points.length * kRow)}px`;
     this.scroller.style.height = `${Math.min(kHeight, this.points.length * kRow + 62)}px`;

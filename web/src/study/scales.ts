@@ -1,4 +1,4 @@
-// How charts of studies look: sizes, axes, colours.
+// Appearance of charts of studies: sizes, axes, colours.
 import * as Plot from "@observablehq/plot";
 import { kSeriesColors } from "../colors";
 import { css, lineColor } from "../plots/theme_colors";
@@ -8,13 +8,14 @@ import type { Field } from "./field";
 
 export const kStyle = { fontSize: "12px", fontFamily: "inherit", background: "none", color: "inherit", overflow: "visible" };
 
-// Panels side by side, rows filled alike.
+// Panels side by side, with equally filled rows.
 export function columnsFor(panels: number, width: number, least: number): number {
   const most = Math.max(1, Math.floor((width + 16) / (least + 16)));
   return Math.max(1, Math.ceil(panels / Math.ceil(panels / most)));
 }
 
-// `pixels`: length of the axis, `room`: of its name. Axis options for a column: labels at their places, powers of ten on logarithmic axes.
+// Axis options for a column: labels at their positions, powers of ten on logarithmic axes. `pixels`: length of the
+// axis, `room`: of its name.
 export function axisOptions(field: Field | null, name: string, log: boolean, pixels: number, room = pixels): Plot.ScaleOptions {
   const letters = Math.max(12, Math.floor(room / 6.6));
   if (!field) return { label: shortened(name, letters), labelArrow: "none" };
@@ -35,7 +36,7 @@ export function axisOptions(field: Field | null, name: string, log: boolean, pix
   };
 }
 
-// From least to greatest, from zero where that costs little.
+// From minimum to maximum, starting at zero if zero is close.
 export function domainOf(least: number, greatest: number, log: boolean): [number, number] {
   if (!(greatest >= least)) return log ? [0.1, 1] : [0, 1];
   if (log) return greatest > least ? [least, greatest] : [least / 2, greatest * 2];
@@ -48,12 +49,12 @@ export function domainOf(least: number, greatest: number, log: boolean): [number
   return [least, greatest];
 }
 
-// Whether a column's values have colours apart: labels, and few values of an axis; others lie on a scale.
+// Whether a column's values have separate colours: labels, and few values of an axis; others use a scale.
 export function isApart(field: Field): boolean {
   return field.labels !== null || (field.role === "axis" && field.levels.length <= 8);
 }
 
-// Colours for the values of an axis: apart for few, along a scale for many numbers.
+// Colours for the values of an axis: separate ones for few values, a scale for many numbers.
 export function levelColor(field: Field | null): (level: number) => string {
   if (!field) return () => lineColor(kSeriesColors[0]);
   const levels = field.levels;
@@ -66,7 +67,7 @@ export function levelColor(field: Field | null): (level: number) => string {
   return (level) => (Number.isFinite(level) ? String(scale!.apply(level)) : "#888888");
 }
 
-// For lines and dots: viridis without the end that the page's own colour would swallow.
+// For lines and dots: viridis without the end that is close to the page's colour.
 export function markColor(least: number, greatest: number): Plot.ScaleOptions {
   const range: [number, number] = css("--scheme") === "dark" ? [0.3, 1] : [0, 0.88];
   return { type: "linear", scheme: "viridis", range, domain: ends(least, greatest) };

@@ -1,4 +1,4 @@
-// Two columns against each other, a dot per point; painted when there are many.
+// Two columns against each other, one dot per point; painted on a canvas if there are many.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { onThemeChange } from "../plots/theme_colors";
@@ -14,7 +14,7 @@ import { makePointable, Spots } from "./spots";
 import type { StudyState } from "./state";
 import { fieldOptions, onWidth, select, toggle, whileSeen } from "./ui";
 
-const kMostVectorDots = 2500;
+const kMaxVectorDots = 2500;
 
 export class Scatter {
   readonly card: ChartCard;
@@ -59,7 +59,7 @@ export class Scatter {
     );
   }
 
-  // Points with a place on both axes.
+  // Points with values on both axes.
   private shown(): number[] {
     const [x, y] = [this.x.values, this.y.values];
     const points: number[] = [];
@@ -116,16 +116,16 @@ export class Scatter {
   }
 
   private paint(points: number[], scales: PaintScales, spots: Spots): SVGElement {
-    const kept = this.state.kept;
+    const passing = this.state.passing;
     const color = this.dotColor();
     for (const k of points) spots.add(k, scales.x(this.x.values[k]), scales.y(this.y.values[k]));
-    // Those that are kept lie above the others.
+    // Points that pass the filter are drawn on top.
     const order: number[] = [];
-    for (const pass of [0, 1]) for (let k = 0; k < points.length; ++k) if (kept[points[k]] === pass) order.push(k);
-    if (points.length > kMostVectorDots) return paintedDots(order, points, spots, kept, color);
+    for (const pass of [0, 1]) for (let k = 0; k < points.length; ++k) if (passing[points[k]] === pass) order.push(k);
+    if (points.length > kMaxVectorDots) return paintedDots(order, points, spots, passing, color);
     const group = svgElement("g");
     for (const k of order) {
-      const on = kept[points[k]] === 1;
+      const on = passing[points[k]] === 1;
       group.append(svgElement("circle", { cx: spots.x[k], cy: spots.y[k], r: points.length > 600 ? 2.4 : 3.4, fill: on ? color(points[k]) : "#999999", "fill-opacity": on ? 0.85 : 0.18 }));
     }
     return group;
@@ -153,7 +153,7 @@ interface PaintScales {
   y: (v: number) => number;
 }
 
-function paintedDots(order: number[], points: number[], spots: Spots, kept: Uint8Array, color: (k: number) => string): SVGElement {
+function paintedDots(order: number[], points: number[], spots: Spots, passing: Uint8Array, color: (k: number) => string): SVGElement {
   const [right, bottom] = [span(spots.x).greatest + 4, span(spots.y).greatest + 4];
   const canvas = document.createElement("canvas");
   canvas.width = Math.ceil(right * 2);
@@ -162,7 +162,7 @@ function paintedDots(order: number[], points: number[], spots: Spots, kept: Uint
   pen.scale(2, 2);
   const size = points.length > 20000 ? 1.8 : 3;
   for (const k of order) {
-    const on = kept[points[k]] === 1;
+    const on = passing[points[k]] === 1;
     pen.globalAlpha = on ? 0.7 : 0.12;
     pen.fillStyle = on ? color(points[k]) : "#999999";
     pen.fillRect(spots.x[k] - size / 2, spots.y[k] - size / 2, size, size);

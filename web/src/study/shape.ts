@@ -1,4 +1,4 @@
-// From a table to what a chart draws: lines, cells, bins, extremes, neighbours. No DOM.
+// Data of charts from a table: lines, cells, bins, extremes, neighbours. No DOM.
 import type { Field, StudyTable } from "./field";
 
 // ---- Lines: y against x, one per value of another axis ----
@@ -17,8 +17,8 @@ export interface LineQuery {
   x: Field | null;
   lines: Field | null;
   panels: Field | null;
-  held: Map<string, number>; // by axis key; an axis that is not held gives several lines of one colour
-  most: number; // lines per panel at most, evenly picked
+  held: Map<string, number>; // by axis key; an axis that is not held yields several lines of one colour
+  most: number; // maximum number of lines per panel, evenly selected
 }
 
 export function linesOf(table: StudyTable, query: LineQuery): { panels: Panel[]; leftOut: number } {
@@ -48,7 +48,7 @@ export function linesOf(table: StudyTable, query: LineQuery): { panels: Panel[];
   return { panels: made.sort((a, b) => a.level - b.level), leftOut };
 }
 
-// First and last are among the picked.
+// The selection includes first and last.
 function spread(k: number, of: number, most: number): boolean {
   return k === of - 1 || Math.floor((k * (most - 1)) / (of - 1)) !== Math.floor(((k - 1) * (most - 1)) / (of - 1));
 }
@@ -61,7 +61,7 @@ export interface Cell {
   x2: number;
   y1: number;
   y2: number;
-  value: number; // NaN: nothing
+  value: number; // NaN: no value
 }
 
 export function cellsOf(table: StudyTable, x: Field, y: Field, value: Field, held: Map<string, number>, log: [boolean, boolean]): Cell[] {
@@ -77,7 +77,7 @@ export function cellsOf(table: StudyTable, x: Field, y: Field, value: Field, hel
   return cells;
 }
 
-// A value's cell goes half-way to its neighbours.
+// A cell extends half-way to its neighbours.
 function edges(field: Field, log: boolean): Map<number, [number, number]> {
   const to = (v: number): number => (log ? Math.log(v) : v);
   const back = (v: number): number => (log ? Math.exp(v) : v);
@@ -97,22 +97,22 @@ export interface Bin {
   from: number;
   to: number;
   all: number;
-  kept: number;
+  passing: number;
 }
 
-export function binsOf(field: Field, kept: Uint8Array, wanted = 30): { bins: Bin[]; missing: number } {
+export function binsOf(field: Field, passing: Uint8Array, wanted = 30): { bins: Bin[]; missing: number } {
   const values = field.values;
   const { least, greatest, numbers } = span(values);
   const missing = values.length - numbers;
   if (numbers === 0) return { bins: [], missing };
   const levels = field.labels ? field.levels : null;
   const [from, step, n] = levels ? [-0.5, 1, field.labels!.length] : niceBins(least, greatest, wanted);
-  const bins = Array.from({ length: n }, (_, k) => ({ from: from + k * step, to: from + (k + 1) * step, all: 0, kept: 0 }));
+  const bins = Array.from({ length: n }, (_, k) => ({ from: from + k * step, to: from + (k + 1) * step, all: 0, passing: 0 }));
   for (let k = 0; k < values.length; ++k) {
     if (!Number.isFinite(values[k])) continue;
     const bin = bins[Math.min(n - 1, Math.max(0, Math.floor((values[k] - from) / step + 1e-9)))];
     ++bin.all;
-    bin.kept += kept[k];
+    bin.passing += passing[k];
   }
   return { bins, missing };
 }
@@ -136,7 +136,7 @@ export interface Span {
   greatest: number;
   leastAt: number; // point; -1: none
   greatestAt: number;
-  numbers: number; // how many points have one
+  numbers: number; // number of points with a number
 }
 
 export function span(values: ArrayLike<number>): Span {
@@ -153,7 +153,7 @@ export function span(values: ArrayLike<number>): Span {
 
 // ---- Neighbours on the grid ----
 
-// The point that differs from another by one step along an axis only.
+// The points that differ from a point by one step along one axis only.
 export class Neighbours {
   private at: Map<number, number> | null = null;
   private strides: number[] = [];

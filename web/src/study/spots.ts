@@ -1,4 +1,5 @@
-// Points on a picture that can be pointed at: the nearest is described, a click selects it, the selected has a ring.
+// Interactive points on a picture: hovering describes the nearest one, a click selects it, a ring marks the selected
+// one.
 import { svgElement } from "../dom";
 import { hideTooltip, showTooltip } from "./tooltip";
 import type { StudyState } from "./state";
@@ -14,7 +15,7 @@ export class Spots {
     this.y.push(y);
   }
 
-  // Index of the nearest within reach; -1: none.
+  // Index of the nearest point within reach; -1: none.
   nearest(x: number, y: number, reach: number): number {
     let best = -1;
     let least = reach * reach;
@@ -34,7 +35,7 @@ export interface Pointable {
   reach?: number; // [px]
 }
 
-// Returns what redraws the ring about the selected point.
+// Returns the function that redraws the ring of the selected point.
 export function makePointable({ svg, spots, state, describe, reach = 28 }: Pointable): () => void {
   const hover = svgElement("circle", { class: "st-hover", r: 6, fill: "none", visibility: "hidden" });
   const rings = svgElement("g", { class: "st-rings" });
@@ -66,7 +67,7 @@ export function makePointable({ svg, spots, state, describe, reach = 28 }: Point
     if (state.selected === null) return;
     for (let k = 0; k < spots.point.length; ++k) {
       if (spots.point[k] !== state.selected) continue;
-      // Two circles, so that it is seen on any colour.
+      // Two circles, visible on any colour.
       for (const kind of ["st-ring-halo", "st-ring"]) rings.append(svgElement("circle", { class: kind, cx: spots.x[k], cy: spots.y[k], r: 7, fill: "none" }));
     }
   };

@@ -1,6 +1,6 @@
 // The selection on the page: one point, and a filter; shared by all its charts. No DOM.
 import type { StudyTable } from "./field";
-import { type Filter, type Range, count, isActive, keptPoints, kNoFilter } from "./filter";
+import { type Filter, type Range, count, isActive, passingPoints, kNoFilter } from "./filter";
 
 export class StudyState {
   private chosen: number | null = null;
@@ -10,7 +10,7 @@ export class StudyState {
   private readonly onFilter = new Set<() => void>();
 
   constructor(readonly table: StudyTable) {
-    this.mask = keptPoints(table, kNoFilter);
+    this.mask = passingPoints(table, kNoFilter);
   }
 
   get selected(): number | null {
@@ -26,21 +26,21 @@ export class StudyState {
   get filter(): Filter {
     return this.current;
   }
-  get kept(): Uint8Array {
+  get passing(): Uint8Array {
     return this.mask;
   }
   get filtered(): boolean {
     return isActive(this.current);
   }
-  get keptCount(): number {
+  get passingCount(): number {
     return count(this.mask);
   }
   setFilter(change: Partial<Filter>): void {
     this.current = { ...this.current, ...change };
-    this.mask = keptPoints(this.table, this.current);
+    this.mask = passingPoints(this.table, this.current);
     for (const listener of this.onFilter) listener();
   }
-  // One range per column; null takes it away.
+  // One range per column; null removes it.
   setRange(key: string, range: Range | null): void {
     const ranges = this.current.ranges.filter((r) => r.field.key !== key);
     this.setFilter({ ranges: range ? [...ranges, range] : ranges });

@@ -78,7 +78,7 @@ function sweepHeader(data: ReportData, sweep: SweepData, table: StudyTable): HTM
     title: data.title,
     verdict,
     tone,
-    said: kSimulated[simulate] ?? "",
+    explanation: kSimulated[simulate] ?? "",
     tiles: [
       { name: "points", value: counted(table.size), detail: [table.axes.map((a) => a.levels.length).join(" × "), failed + unreachable === 0 ? "none failed or unreachable" : ""].filter(Boolean).join(", ") },
       ...(failed > 0 ? [{ name: "failed", value: counted(failed), tone: "bad" as const }] : []),

@@ -9,7 +9,7 @@ export interface Option {
   group?: string;
 }
 
-// A labelled select. Returns it with a way to change what it offers.
+// A labelled select. Returns it with a function that changes its options.
 export function select(text: string, options: Option[], value: string, change: (value: string) => void): HTMLLabelElement {
   const box = element("select", { class: "st-select" });
   const groups = new Map<string, HTMLElement>();
@@ -38,7 +38,7 @@ export function button(text: string, press: () => void, attributes: Record<strin
 
 const kGroups: Record<Field["role"], string> = { axis: "Axes", combined: "Combined", column: "Columns" };
 
-// All columns of a table, grouped by what they belong to.
+// All columns of a table, grouped by subject.
 export function fieldOptions(fields: Field[]): Option[] {
   return fields.map((f) => {
     const owner = f.name.match(/^(grasps\/[^/]+|joints|margins|base|end|ledger)\//)?.[1];
@@ -49,22 +49,22 @@ export function fieldOptions(fields: Field[]): Option[] {
 // A button that copies a text and confirms it.
 export function copyButton(text: () => string, title: string): HTMLButtonElement {
   const made = button("Copy", () => void copy(), { "aria-label": title, title });
-  const tell = (said: string): void => {
-    made.textContent = said;
+  const confirm = (message: string): void => {
+    made.textContent = message;
     setTimeout(() => (made.textContent = "Copy"), 1500);
   };
   const copy = async (): Promise<void> => {
     try {
       await navigator.clipboard.writeText(text());
-      tell("Copied");
+      confirm("Copied");
     } catch {
-      tell(copyBySelection(text()) ? "Copied" : "Not allowed");
+      confirm(copyBySelection(text()) ? "Copied" : "Not allowed");
     }
   };
   return made;
 }
 
-// Where pages from disk may not use the clipboard.
+// For pages from disk without access to the clipboard.
 function copyBySelection(text: string): boolean {
   const area = element("textarea", { class: "st-offscreen" });
   area.value = text;
@@ -80,7 +80,7 @@ export function commandLine(command: string): HTMLElement {
   return element("div", { class: "st-command" }, element("code", { tabindex: "0" }, command), copyButton(() => command, "Copy the command"));
 }
 
-// Runs a part's building when it comes into view, or before the page is printed: the first screen stays quick.
+// Builds a part when it scrolls into view, or before the page is printed, so that the first screen is fast.
 export function whenSeen(host: HTMLElement, build: () => void): void {
   let done = false;
   const once = (): void => {
@@ -93,11 +93,11 @@ export function whenSeen(host: HTMLElement, build: () => void): void {
   observer.observe(host);
   window.addEventListener("beforeprint", () => {
     once();
-    for (const check of widths) check(); // paper does not wait for the next layout
+    for (const check of widths) check(); // printing does not wait for the next layout
   });
 }
 
-// Draws visible parts immediately, and other parts when they scroll into view: 100 000 points are not drawn off screen.
+// Draws visible parts immediately, and others when they scroll into view: 100 000 points are not drawn off screen.
 export function whileSeen(host: HTMLElement, draw: () => void): () => void {
   let [seen, due] = [true, false];
   const catchUp = (): void => {

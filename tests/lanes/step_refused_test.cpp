@@ -8,16 +8,16 @@
 #include "lanes/lane_phases.hpp"
 
 namespace grapnel::testing {
-namespace handed_back_test {
+namespace step_refused_test {
 
 // Latest end of a step of each case [s]; some cases end earlier, and one may not begin.
 double last_time(std::uint64_t id) { return id == 4 ? 0.5 : 1.2 + 0.21 * static_cast<double>(id); }
 
 Outcomes run_with_gate(const LaneStructure& structure, const std::vector<Phase>& phases, const std::vector<int>& order,
                        InstructionSet set) {
-  Asked nobody;
+  CaseDynamics unused;
   return run(
-      structure, phases, order, set, nobody,
+      structure, phases, order, set, unused,
       [&](const LaneView& view) {
         EXPECT_LE(view.time, std::max(1.0, last_time(view.id))) << "a step that does not count";
       },
@@ -26,11 +26,11 @@ Outcomes run_with_gate(const LaneStructure& structure, const std::vector<Phase>&
 
 struct Difference {
   double state = 0, work = 0, commands = 0;
-  long handed_back = 0;
+  long continued = 0;
 };
 
 // Remainder of every case by a single run, against a complete single run.
-Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
+Difference continue_alone(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
   const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
   Difference d;
   for (const auto& [id, o] : run_with_gate(structure, phases, all_of(phases), set)) {
@@ -41,8 +41,8 @@ Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integ
       EXPECT_GE(last_time(id), p.end);
       continue;
     }
-    ++d.handed_back;
-    EXPECT_EQ(o.status, LaneStatus::handed_back);
+    ++d.continued;
+    EXPECT_EQ(o.status, LaneStatus::step_refused);
     EXPECT_NE(explanation(o).find("a single run must continue the case"), std::string::npos);
     EXPECT_LE(o.time, std::max(last_time(id), p.begin));
     EXPECT_GT(o.next_step, 0);
@@ -70,13 +70,13 @@ Difference go_on(const std::vector<Phase>& phases, const IntegrationSetup& integ
 
 void expect_the_same_motion(const char* what, const std::vector<Phase>& phases, double bound = 1e-9) {
   for (InstructionSet set : supported_instruction_sets()) {
-    const Difference d = go_on(phases, tight(1e-13), set);
+    const Difference d = continue_alone(phases, tight(1e-13), set);
     std::printf("%-20s %-8s state %.1e work %.1e commands %.1e\n", what, std::string(name(set)).c_str(), d.state,
                 d.work, d.commands);
     EXPECT_LT(d.state, bound) << what;
     EXPECT_LT(d.work, 10 * bound) << what;
     EXPECT_LT(d.commands, 1e-9) << what;
-    EXPECT_GT(d.handed_back, 5);
+    EXPECT_GT(d.continued, 5);
   }
 }
 
@@ -94,7 +94,7 @@ std::vector<Phase> phases_of(int index, JointControl control, std::optional<Cont
   return phases;
 }
 
-TEST(LaneHandedBack, RemainderIsIntegratedBySingleRuns) {
+TEST(LaneStepRefused, RemainderIsIntegratedBySingleRuns) {
   // Measured 7e-14 for free joints; 3e-10 (g++) and 1.6e-9 (clang) with clipped efforts, as for phases completed in
   // lanes.
   expect_the_same_motion("free", phases_of(160, JointControl::free));
@@ -103,13 +103,13 @@ TEST(LaneHandedBack, RemainderIsIntegratedBySingleRuns) {
   expect_the_same_motion("acted on", phases_of(163, JointControl::pd, {}, true));
 }
 
-TEST(LaneHandedBack, SampledControlContinues) {
+TEST(LaneStepRefused, SampledControlContinues) {
   expect_the_same_motion("sampled", phases_of(164, JointControl::pd, ControlTiming{0.07, 0}, true));
   expect_the_same_motion("sampled, delayed", phases_of(165, JointControl::pd, ControlTiming{0.07, 0.1}, true));
 }
 
 // Identical bits for any width.
-TEST(LaneHandedBack, BitsDependOnTheCaseAlone) {
+TEST(LaneStepRefused, BitsDependOnTheCaseAlone) {
   for (const bool outside : {false, true}) {
     const std::vector<Phase> phases = phases_of(166, JointControl::pd, ControlTiming{0.07, 0.1}, outside);
     const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
@@ -133,12 +133,12 @@ TEST(LaneHandedBack, BitsDependOnTheCaseAlone) {
   }
 }
 
-TEST(LaneHandedBack, IntegralsOfAnotherPhaseAreRefused) {
+TEST(LaneStepRefused, IntegralsOfAnotherPhaseAreRefused) {
   const Phase p = phases_of(167, JointControl::pd, {}, true)[0];
   PhaseDynamics dynamics(p.model, p.setup);
   EXPECT_THROW(simulate_phase(dynamics, p.start, 1, 2, tight(), {}, {}, PhaseResumption{1, {}, 0.1}),
                std::invalid_argument);
 }
 
-}  // namespace handed_back_test
+}  // namespace step_refused_test
 }  // namespace grapnel::testing
