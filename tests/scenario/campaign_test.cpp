@@ -343,7 +343,7 @@ TEST(Campaign, ADesignMustLeaveThePlacesTheirForm) {
     campaign.problem(1000);
     ADD_FAILURE();
   } catch (const std::exception& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("uncertain[0]: at this point of the design there are 6 numbers"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("uncertain[0]: targets.target-1.inertia has 6 numbers"));
   }
 }
 

@@ -85,7 +85,8 @@ const std::vector<FaultCase> kCases{
       "robot's thrusters cannot give torque in both directions"}},
     {"wheel_speeds_of_no_wheels",
      {with_approach("base_control: {kp: 1, kd: 1, wheel_speed_rate: 0.1}")},
-     {"scenario.yaml:34:50: error: approach.base_control.wheel_speed_rate requires reaction wheels"}},
+     {"scenario.yaml:34:50: error: approach.base_control.wheel_speed_rate requires reaction wheels, "
+      "but base_control does not use any"}},
     {"wheel_speeds_that_do_not_fit",
      {with_robot(kWheel), with_approach("base_control: {kp: [0, 0, 1], kd: [0, 0, 1], wheel_speeds: [20]}")},
      {"scenario.yaml:35:62: error: approach.base_control.wheel_speeds: without wheel_speed_rate the wheels do not "

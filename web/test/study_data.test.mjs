@@ -49,7 +49,7 @@ test("columns are combined over grasps, and the largest impulse is shown first",
   assert.equal(main.name, "largest of grasps/*/impulse_magnitude");
   assert.equal(main.values[11], 7.5); // 3 of tip-1, 1.5 + 6 of tip-2
   assert.ok(Number.isNaN(main.values[5]));
-  assert.ok(!s.tellingColumns(table, 9).some((f) => f.name === "rows"), "the same everywhere: tells nothing");
+  assert.ok(!s.informativeColumns(table, 9).some((f) => f.name === "rows"), "the same everywhere: tells nothing");
 });
 
 test("components give a norm, margins their minimum", () => {

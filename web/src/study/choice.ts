@@ -1,7 +1,7 @@
 // Default selection of the most informative columns. No DOM.
 import type { Field, StudyTable } from "./field";
 
-const kTelling = [
+const kInformative = [
   /^objective$/,
   /^largest of grasps\/\*\/impulse_magnitude$/,
   /^grasps\/[^/]+\/impulse_magnitude$/,
@@ -18,9 +18,9 @@ const kTelling = [
 ];
 
 // In order of information; constant and empty columns are omitted.
-export function tellingColumns(table: StudyTable, most: number): Field[] {
+export function informativeColumns(table: StudyTable, most: number): Field[] {
   const found: Field[] = (table.first ?? []).filter(varies).slice(0, most);
-  for (const pattern of kTelling) {
+  for (const pattern of kInformative) {
     for (const field of table.fields) {
       if (found.length >= most) return found;
       if (field.role !== "axis" && !found.includes(field) && pattern.test(field.name) && varies(field)) found.push(field);
@@ -36,7 +36,7 @@ export function tellingColumns(table: StudyTable, most: number): Field[] {
 // The column shown first. Undefined: the table has none.
 export function mainColumn(table: StudyTable): Field | undefined {
   const columns = table.fields.filter((f) => f.role !== "axis");
-  return tellingColumns(table, 1)[0] ?? columns.find(hasNumbers) ?? columns[0];
+  return informativeColumns(table, 1)[0] ?? columns.find(hasNumbers) ?? columns[0];
 }
 
 export function varies(field: Field): boolean {

@@ -1,6 +1,6 @@
 // Minimum and maximum of every column, with their points.
 import { download, element } from "../dom";
-import { tellingColumns } from "./choice";
+import { informativeColumns } from "./choice";
 import { rowsToText } from "./csv";
 import { breakable, fieldLabel } from "./describe";
 import { fileName } from "./export";
@@ -13,7 +13,7 @@ import { button, toggle } from "./ui";
 export function extremesCard(state: StudyState, study: string): HTMLElement {
   const columns = state.table.fields.filter((f) => f.role !== "axis");
   const body = element("tbody");
-  const fill = (all: boolean): void => body.replaceChildren(...(all ? columns : tellingColumns(state.table, 10)).map((f) => row(state, f)));
+  const fill = (all: boolean): void => body.replaceChildren(...(all ? columns : informativeColumns(state.table, 10)).map((f) => row(state, f)));
   fill(false);
   const csv = (): string =>
     rowsToText([

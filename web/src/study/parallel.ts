@@ -3,7 +3,7 @@
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { onThemeChange } from "../plots/theme_colors";
-import { mainColumn, tellingColumns } from "./choice";
+import { mainColumn, informativeColumns } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
 import { pointsToText } from "./csv";
 import { clipped, describePoint, fieldLabel, plural, shown } from "./describe";
@@ -38,7 +38,7 @@ export class ParallelCoordinates {
     color?: Field, // initial colour of the lines; default: the main column
   ) {
     const { table } = state;
-    this.fields = [...table.axes.filter((a) => a.levels.length > 1).slice(0, 7), ...tellingColumns(table, 4)].slice(0, 9);
+    this.fields = [...table.axes.filter((a) => a.levels.length > 1).slice(0, 7), ...informativeColumns(table, 4)].slice(0, 9);
     this.color = color ?? mainColumn(table);
     const csv = (): string => pointsToText(table, [...state.passing.keys()].filter((k) => state.passing[k]), [...table.axes, ...this.fields.filter((f) => f.role !== "axis")]);
     this.card = chartCard({ id: "parallel", title: "Parallel coordinates", study, csv });

@@ -6,7 +6,7 @@ import { breakable, rowName, shown, shownWithUnit } from "./describe";
 import type { Field } from "./field";
 import { Neighbours } from "./shape";
 import type { StudyState } from "./state";
-import { mainColumn, tellingColumns } from "./choice";
+import { mainColumn, informativeColumns } from "./choice";
 import { button, commandLine } from "./ui";
 
 export interface PointCardSpec {
@@ -20,7 +20,7 @@ export interface PointCardSpec {
 export function pointCard(spec: PointCardSpec): HTMLElement {
   const root = element("section", { class: "card st-card st-point", id: "study-point", "aria-label": `Selected ${spec.state.table.noun}`, "aria-live": "polite" });
   const neighbours = new Neighbours(spec.state.table);
-  const open = new Set<string>(["telling"]);
+  const open = new Set<string>(["informative"]);
   const draw = (): void => {
     const point = spec.state.selected;
     if (point === null) root.replaceChildren(element("h2", { class: "st-card-title" }, `No ${spec.state.table.noun} selected`), element("p", { class: "st-note" }, `Click a ${spec.state.table.noun} in any chart, or a row of the table.`));
@@ -47,8 +47,8 @@ function content(spec: PointCardSpec, neighbours: Neighbours, point: number, ope
   if (command) parts.push(element("h3", { class: "st-sub" }, "Replay this case"), commandLine(command));
   const more = spec.more?.(point);
   if (more) parts.push(element("p", { class: "st-more" }, more));
-  const telling = tellingColumns(table, 6);
-  if (telling.length > 0) parts.push(group("Telling columns", "telling", telling, point, open, (f) => f.name));
+  const informative = informativeColumns(table, 6);
+  if (informative.length > 0) parts.push(group("Telling columns", "informative", informative, point, open, (f) => f.name));
   for (const [name, fields] of grouped(table.fields.filter((f) => f.role === "column"))) {
     parts.push(group(name || "other columns", `group:${name}`, fields, point, open, (f) => f.name.slice(name ? name.length + 1 : 0)));
   }

@@ -2,7 +2,7 @@
 // selects.
 import { download, element } from "../dom";
 import { badgeOf } from "./badge";
-import { tellingColumns } from "./choice";
+import { informativeColumns } from "./choice";
 import { pointsToText } from "./csv";
 import { breakable, counted, fieldLabel, plural, rowNumber, shown } from "./describe";
 import { fileName } from "./export";
@@ -69,7 +69,7 @@ export class PointTable {
 
   private rebuild(): void {
     const { table } = this.state;
-    const chosen = this.all ? table.fields.filter((f) => f.role !== "axis") : tellingColumns(table, 8);
+    const chosen = this.all ? table.fields.filter((f) => f.role !== "axis") : informativeColumns(table, 8);
     this.columns = ["point", ...table.axes, "status", ...chosen];
     this.buildHead();
     this.reorder();

@@ -2,7 +2,7 @@
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
 import { onThemeChange } from "../plots/theme_colors";
-import { linePlan, mainColumn, tellingColumns } from "./choice";
+import { linePlan, mainColumn, informativeColumns } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
 import { pointsToText } from "./csv";
 import { clipped, describePoint, fieldLabel, plural, shownWithUnit } from "./describe";
@@ -30,9 +30,9 @@ export class Scatter {
     study: string,
   ) {
     const { table } = state;
-    const telling = tellingColumns(table, 6);
+    const informative = informativeColumns(table, 6);
     this.y = mainColumn(table) ?? table.fields[0];
-    this.x = telling.find((f) => f !== this.y && f.unit !== this.y.unit) ?? telling[1] ?? table.axes[0] ?? this.y;
+    this.x = informative.find((f) => f !== this.y && f.unit !== this.y.unit) ?? informative[1] ?? table.axes[0] ?? this.y;
     this.color = linePlan(table).lines ?? table.axes[0] ?? null;
     const csv = (): string => pointsToText(table, this.shown(), [...table.axes, this.x, this.y]);
     this.card = chartCard({ id: "scatter", title: "Scatter", study, csv });
