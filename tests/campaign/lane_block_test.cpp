@@ -309,7 +309,7 @@ TEST(LaneBlock, FlexibleRobotsRunInLanes) {
 }
 
 // Every fifth case has another structure (joint friction), and the eighth fails before the impact (target out of
-// reach). With few simultaneous cases, free lanes are refilled from cases started meanwhile. Rows equal those of a
+// reach). With few simultaneous cases, free lanes take over cases that start later. Rows equal those of a
 // block with all cases in progress.
 TEST(LaneBlock, FillsLanesAgainFromCasesBegunMeanwhile) {
   CaptureProblem base = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml",
