@@ -11,11 +11,6 @@
 
 namespace grapnel {
 
-std::string shown_name(const std::string& name) {
-  const std::string prefix = target_body_name("");
-  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
-}
-
 std::vector<int> tied_to(const Model& model, int body) {
   std::vector<int> bodies;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -89,8 +84,8 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     ignore_neighbours(problem, modelled_robot(problem.robot, true, made), model, ignored);
   }
   for (const auto& [a, b] : problem.clearance.ignore) {
-    for (int segment_a : pieces_of(model, a)) {
-      for (int segment_b : pieces_of(model, b)) ignored.emplace_back(segment_a, segment_b);
+    for (int segment_a : pieces_of(model, name_in_model(problem, a))) {
+      for (int segment_b : pieces_of(model, name_in_model(problem, b))) ignored.emplace_back(segment_a, segment_b);
     }
   }
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
@@ -183,7 +178,7 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
   std::vector<Placed> placed;
   const Kinematics at_rest = forward_kinematics(model, initial_servicer_state(problem, system));
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
-    bodies->names.push_back(shown_name(model.bodies()[b].description.name));
+    bodies->names.push_back(shown_name(system, static_cast<int>(b)));
     bodies->link.push_back(-1), bodies->X_LB.push_back(Posed::identity());
     const BodyAddress& address = system.addresses[b];
     if (address.owner == BodyAddress::Owner::target) {
@@ -207,7 +202,7 @@ std::shared_ptr<const ConstraintBodies> constraint_bodies(
     ConstraintBodies::EndEffector h;
     h.frame = servicer.model.frame_index(g.end_effector);
     h.target = target_body_index(system, target_index(problem, g.target));
-    h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;
+    h.p_TG = own_frame(system, h.target) * grasp_point_of(problem, g).X_TG.p;
     double reach = 0;  // maximum distance of the gripper's shapes from the end-effector
     for (std::size_t s = 0; s < bodies->model.shapes().size(); ++s) {
       const int body = bodies->model.shapes()[s].body;

@@ -11,8 +11,6 @@
 
 namespace grapnel {
 
-/// A body's name for messages: a target without its prefix.
-std::string shown_name(const std::string& name);
 /// Bodies attached to this one by fixed joints.
 std::vector<int> tied_to(const Model& model, int body);
 /// The clearance model of CaptureProblem::clearance in a model of the problem, captured targets included. `checked`:

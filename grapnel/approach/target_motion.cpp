@@ -65,13 +65,12 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
                               std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step,
                               const std::optional<OrbitSetup>& orbit) {
   if (t0 == t1) return at_t0;
-  const std::string body = target_body_name(target.name);
-  if (!orbit && std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
-    return propagate_freely(target, at_t0, t0, t1, gravity);
+  if (!orbit && loads.empty()) return propagate_freely(target, at_t0, t0, t1, gravity);
   const Model model = ModelBuilder().add(target_body(target)).build();
   PhaseSetup setup;
   setup.gravity = gravity;
-  setup.loads = loads_on(model, loads);
+  for (const LoadSetup& load : loads)
+    setup.loads.push_back({0, load.p_BP, load.frame, load.amplitude, load.profile, load.stream});
   if (orbit) setup.orbit = reference_orbit(*orbit);
   PhaseDynamics dynamics(model, setup);
   State state = zero_state(model);
@@ -87,8 +86,11 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
 
 TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
                               double t0, double t1, const std::function<void(double t)>& each_step) {
-  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, problem.loads, each_step,
-                          problem.orbit);
+  std::vector<LoadSetup> loads;
+  const BodyName itself = BodyName::of_target(target_index(problem, target.name));
+  std::copy_if(problem.loads.begin(), problem.loads.end(), std::back_inserter(loads),
+               [&](const LoadSetup& load) { return load.body == itself; });
+  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, loads, each_step, problem.orbit);
 }
 
 // Problem => motion of each target at the start and at the capture; the instant that is not stated is propagated from

@@ -19,9 +19,9 @@ struct TargetMotion {
   Twistd V_WT;
 };
 
-/// Propagates a target from t0 to t1 under gravity, its loads (2.13) and the field of an orbit. Without loads and orbit
-/// the result is exact to rounding error, otherwise to the tolerances of `integration`. @throws std::runtime_error if
-/// the integration fails. `each_step` may throw to end it.
+/// Propagates a target from t0 to t1 under gravity, loads on it (2.13) and the field of an orbit. Without loads and
+/// orbit the result is exact to rounding error, otherwise to the tolerances of `integration`. @throws
+/// std::runtime_error if the integration fails. `each_step` may throw to end it.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
                               std::span<const LoadSetup> loads = {},

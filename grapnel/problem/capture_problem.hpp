@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grapnel/constraint/grasp.hpp"
@@ -599,9 +600,26 @@ constexpr bool is_law(PostImpactSetup::Joints joints) {
          joints == Joints::grasp_force;
 }
 
+/// A body of a problem: of the robot, by its name, or of a target.
+struct BodyName {
+  BodyName() = default;
+  BodyName(std::string body) : name(std::move(body)) {}
+  BodyName(const char* body) : name(body) {}
+  static BodyName of_target(std::size_t target, std::string panel = {}) {
+    BodyName body(std::move(panel));
+    body.target = target;
+    return body;
+  }
+
+  std::string name;                   // of a target: its panel's; empty: the target without its panels
+  std::optional<std::size_t> target;  // in CaptureProblem::targets
+
+  bool operator==(const BodyName&) const = default;
+};
+
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
-  std::string body;                    // of the robot, or target_body_name()
+  BodyName body;
   Vector3d p_BP = Vector3d::zero();    // point of application, in the body's frame [m]
   LoadFrame frame = LoadFrame::world;  // of the components; orbit: needs CaptureProblem::orbit
   Wrenchd amplitude = Wrenchd::zero();
@@ -637,8 +655,8 @@ ReferenceOrbit reference_orbit(const OrbitSetup& setup);
 /// Evaluation of clearances.
 struct ClearanceSetup {
   bool enabled = true;
-  double required = 0;                                      // [m]; a smaller distance is a violation
-  std::vector<std::pair<std::string, std::string>> ignore;  // pairs of bodies by their names in the model
+  double required = 0;                                // [m]; a smaller distance is a violation
+  std::vector<std::pair<BodyName, BodyName>> ignore;  // pairs of bodies
 };
 
 /// The input of `simulate_capture()`. Absent phases are not simulated; without an approach the initial state is the
