@@ -7,10 +7,9 @@
 #include <map>
 #include <optional>
 
-#include "grapnel/approach/planning_setup.hpp"
 #include "grapnel/clearance/motion_watch.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 

@@ -7,9 +7,8 @@
 #include <map>
 #include <numbers>
 
-#include "grapnel/approach/target_motion.hpp"
-#include "grapnel/capture/safety_monitor.hpp"
-#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

@@ -1,6 +1,6 @@
 /// Free targets: closed-form propagate_target() against the general integration.
 
-#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/problem/target_motion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,14 @@
 #pragma once
 
 /// @file
-/// Target motion at the start and at the capture, and the resulting goals of a plan.
+/// Target motion at the start and at the capture.
 
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/straight_in.hpp"
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 
@@ -37,17 +36,5 @@ struct TargetPlan {
   std::vector<TargetMotion> capture;
 };
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step = {});
-
-// Converts a problem's grasps to planning goals.
-
-/// One goal per grasp: its end-effector at its grasp point, for the target motion at the capture. `model` is the
-/// servicer's.
-std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets);
-
-/// Likewise for the final straight approach; StraightGoal::target indexes CaptureProblem::targets.
-std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Model& model);
-
-/// The demand on the final rates of an approach.
-RateDemand rate_demand(const ApproachSetup& approach);
 
 }  // namespace grapnel
