@@ -10,6 +10,7 @@
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/bilateral_restitution.hpp"
+#include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"

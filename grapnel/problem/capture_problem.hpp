@@ -15,28 +15,23 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/constraint/grasp.hpp"
-#include "grapnel/impact/compliant_impact.hpp"
-#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/impact/impact_setup.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
-#include "grapnel/result/result_documents.hpp"
-#include "grapnel/simulate/attitude_control.hpp"
-#include "grapnel/simulate/controller.hpp"
-#include "grapnel/simulate/controller_source.hpp"
+#include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
-#include "grapnel/simulate/moment_gyros.hpp"
 #include "grapnel/simulate/orbit.hpp"
-#include "grapnel/simulate/replay_controller.hpp"
-#include "grapnel/simulate/thruster_bank.hpp"
-#include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
+
+class ControllerSource;
+struct SourceTexts;
 
 /// Limits of position and velocity relative to its grasp point within which an end-effector can close.
 struct CaptureEnvelope {
@@ -215,7 +210,8 @@ struct BaseControlSetup {
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
-  Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  Vector3d limit{kNone, kNone, kNone};  // [N m]
   std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
   // of the reaction torque of the joints' motion (BaseActuators::feedforward)
   bool feedforward = false;

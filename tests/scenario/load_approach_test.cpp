@@ -32,7 +32,7 @@ TEST(LoadApproach, DefaultsAreThoseOfThePlainStructs) {
   EXPECT_EQ(a.tracking.noise->bandwidth, TrackingNoise{}.bandwidth);
   EXPECT_EQ(a.tracking.noise->seed, TrackingNoise{}.seed);
   EXPECT_THAT(list(a.base_control->limit),
-              ElementsAre(AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone));
+              ElementsAre(BaseControlSetup::kNone, BaseControlSetup::kNone, BaseControlSetup::kNone));
   EXPECT_FALSE(a.base_control->R_WD);
   EXPECT_EQ(a.capture_at, ApproachSetup{}.capture_at);
   EXPECT_TRUE(a.waypoints.empty());
