@@ -212,7 +212,7 @@ struct BaseControlSetup {
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   Vector3d limit{kNone, kNone, kNone};  // [N m]
-  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+  std::optional<Rotationd> R_WD;        // desired attitude; absent: the one at the phase's start
   // of the reaction torque of the joints' motion (BaseActuators::feedforward)
   bool feedforward = false;
   double wheel_speed_rate = 0;                   // see BaseActuators [1/s]
@@ -446,26 +446,11 @@ struct KeepBaseSetup {
 
 /// Impedance at end-effectors (ImpedanceLaw): in the approach, in a compliant impact and afterwards, if joints is
 /// impedance there.
-struct ImpedanceSetup {
+struct ImpedanceSetup : ImpedanceGains {
   std::vector<std::string> end_effectors;  // empty: all that grasps name
-  /// The controlled directions: all six, the position, or x, y and the rotation about z of W.
-  enum class Motion { pose, position, plane };
-  Motion motion = Motion::pose;
-  /// operational_space: exact for the model. transpose: J*^T (K e - D v), without mass and model.
-  enum class Law { operational_space, transpose };
-  Law law = Law::operational_space;
-  // Along and about the axes of the reference:
-  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
-  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
-  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
-  Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
-  /// Whether the law receives contact forces; otherwise it assumes zero.
-  enum class Force { sensed, not_sensed };
-  Force force = Force::sensed;
   /// target: in an impact the apparent mass along each contact's normal is the one that stops the target.
   enum class Match { none, target };
   Match match = Match::none;
-  double null_rate = 1;  // damping rate of the joints' null-space motion [1/s]
 };
 
 /// Motion and internal force of a target that several grasps hold (GraspForceLaw).

@@ -417,6 +417,11 @@ class Bytes {
     put(static_cast<const Thruster&>(t));
     put(t.name), put(t.plume);
   }
+  void put(const ImpedanceSetup& impedance) {
+    static_assert(member_count<ImpedanceSetup>() == 3, "a member is missing below");
+    put(static_cast<const ImpedanceGains&>(impedance));
+    put(impedance.end_effectors), put(impedance.match);
+  }
   template <class Structure>
   requires std::is_aggregate_v<Structure>
   void put(const Structure& structure) {

@@ -27,9 +27,9 @@ struct EffortLog {
   bool commands_actuators() const { return !wheel_torque.empty() || !gimbal_rate.empty() || !thruster.empty(); }
 };
 
-/// The sensor of a joint reads theta + n(t), and its rate theta_dot + n'(t). n is a sum of cosines (NoiseSignal) of equal
-/// amplitude with random frequencies in (0, bandwidth] and random phases: nearly Gaussian, stationary, with standard
-/// deviation `position`. It is smooth, so that an integrator keeps its order, and reproducible to the bit.
+/// The sensor of a joint reads theta + n(t), and its rate theta_dot + n'(t). n is a sum of cosines (NoiseSignal) of
+/// equal amplitude with random frequencies in (0, bandwidth] and random phases: nearly Gaussian, stationary, with
+/// standard deviation `position`. It is smooth, so that an integrator keeps its order, and reproducible to the bit.
 struct TrackingNoise {
   double position = 0;     // standard deviation [rad or m]; 0: no noise
   double bandwidth = 5;    // [Hz]
@@ -72,6 +72,25 @@ struct GyroSteering {
   double near = 0.2;      // m below which the array counts as near a singularity
   double damping = 0.01;  // lambda_0
   double dither = 0.01;   // epsilon_0; less than 1/2
+};
+
+/// Parameters of impedance control of end-effectors (ImpedanceLaw).
+struct ImpedanceGains {
+  /// The controlled directions: all six, the position, or x, y and the rotation about z of W.
+  enum class Motion { pose, position, plane };
+  Motion motion = Motion::pose;
+  /// operational_space: exact for the model (21.2). transpose: J*^T (K e - D v), without mass and model (21.6).
+  enum class Law { operational_space, transpose };
+  Law law = Law::operational_space;
+  // Along and about the axes of the reference:
+  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
+  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
+  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
+  Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
+  /// Whether the law receives contact forces; otherwise it assumes zero.
+  enum class Force { sensed, not_sensed };
+  Force force = Force::sensed;
+  double null_rate = 1;  // damping rate of the joints' null-space motion [1/s]
 };
 
 }  // namespace grapnel
