@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "grapnel/approach/target_motion.hpp"
-#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/approach/capture_goals.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 

@@ -135,7 +135,7 @@ class ApproachPlanner {
   bool disturbed() const;
   bool bends() const { return !simulated_servicer_.elastic_joints.empty(); }
   bool has_rotors() const { return !simulated_servicer_.wheels.empty() || !simulated_servicer_.gyros.empty(); }
-  bool loaded() const { return !loads_on(servicer_.model, problem_.loads).empty(); }
+  bool loaded() const { return !loads_on(servicer_, problem_.loads).empty(); }
 
   // Description of the planned robot if it differs from the simulated one: "it ..."
   std::string planned_robot() const;

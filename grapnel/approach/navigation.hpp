@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/result/knowledge_result.hpp"
 
 namespace grapnel {

@@ -10,7 +10,7 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   setup.drives.resize(system.model.joints().size());
   setup.gravity = problem.gravity;
   setup.recover_roots = problem.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
-  setup.loads = loads_on(system.model, problem.loads);
+  setup.loads = loads_on(system, problem.loads);
   if (problem.orbit) setup.orbit = reference_orbit(*problem.orbit);
   if (problem.integration.loops != IntegrationSetup::Loops::open) setup.closures = system.closures;
   setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
@@ -43,18 +43,17 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
 
 }  // namespace
 
-// Stated loads => loads on the bodies of this model, point and surface normal in the body's own frame; loads on bodies
-// that the model lacks are omitted.
-std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads) {
+// Stated loads => loads on the bodies of this system, point and surface normal in the body's own frame; loads on bodies
+// that the system lacks are omitted.
+std::vector<ExternalLoad> loads_on(const CaptureSystem& system, std::span<const LoadSetup> loads) {
   std::vector<ExternalLoad> result;
   for (const LoadSetup& load : loads) {
-    for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-      if (model.bodies()[i].description.name != load.body) continue;
-      const Vector3d p_BP = own_frame(model, static_cast<int>(i)) * load.p_BP;
-      std::optional<Stream> stream = load.stream;
-      if (stream) stream->normal = own_frame(model, static_cast<int>(i)).R * stream->normal;
-      result.push_back({static_cast<int>(i), p_BP, load.frame, load.amplitude, load.profile, stream});
-    }
+    const int body = body_named(system, load.body);
+    if (body < 0) continue;
+    const Posed own = own_frame(system, body);
+    std::optional<Stream> stream = load.stream;
+    if (stream) stream->normal = own.R * stream->normal;
+    result.push_back({body, own * load.p_BP, load.frame, load.amplitude, load.profile, stream});
   }
   return result;
 }

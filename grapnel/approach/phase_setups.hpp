@@ -11,8 +11,8 @@
 
 namespace grapnel {
 
-/// Loads on the bodies of the model; loads on other bodies are dropped.
-std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads);
+/// Loads on the bodies of the system; loads on other bodies are dropped.
+std::vector<ExternalLoad> loads_on(const CaptureSystem& system, std::span<const LoadSetup> loads);
 
 /// Attitude control of the base; without a desired attitude it holds the attitude of `state`.
 AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state);

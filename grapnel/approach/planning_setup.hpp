@@ -6,22 +6,11 @@
 #include <functional>
 #include <memory>
 
-#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/approach/capture_goals.hpp"
 #include "grapnel/plan/reach.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
 
 namespace grapnel {
-
-/// A body's name for messages: a target without its prefix.
-std::string shown_name(const std::string& name);
-/// Bodies attached to this one by fixed joints.
-std::vector<int> tied_to(const Model& model, int body);
-/// The clearance model of CaptureProblem::clearance in a model of the problem, captured targets included. `checked`:
-/// per grasp, whether its end-effector is also checked against its target; empty: none.
-ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system,
-                                    const std::vector<bool>& checked = {});
-/// The pairs of such a model that are the end-effector and the target of a checked grasp.
-std::vector<int> gripper_pairs(const CaptureProblem& problem, const CaptureSystem& system, const ClearanceModel& model,
-                               const std::vector<bool>& checked);
 
 /// The objective's terms with their weights.
 std::vector<Objective::Term> objective_terms(const PlanSetup& plan);

@@ -48,8 +48,9 @@ std::string ApproachPlanner::disturbances() const {
 
 bool ApproachPlanner::targets_loaded() const {
   return std::any_of(problem_.loads.begin(), problem_.loads.end(), [&](const LoadSetup& load) {
-    return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
-                       [&](const GraspSetup& g) { return load.body == target_body_name(g.target); });
+    return std::any_of(problem_.grasps.begin(), problem_.grasps.end(), [&](const GraspSetup& g) {
+      return load.body == BodyName::of_target(target_index(problem_, g.target));
+    });
   });
 }
 

@@ -7,6 +7,7 @@
 
 #include "grapnel/impact_report/elastic_report.hpp"
 #include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
 

@@ -593,7 +593,7 @@ ConservedQuantities conserved_quantities(const Model& model, const Kinematics& k
     tree.size.second_moment += d.mass * dot(r, r) + 0.5 * (d.inertia.xx + d.inertia.yy + d.inertia.zz);
     tree.size.inner_energy += 0.5 * twice_spin_energy;
     quantities.kinetic_energy += 0.5 * twice_spin_energy;
-    if (d.mass == 0) continue;  // a part of a flexible body (BodyDescription::is_part)
+    if (d.mass == 0) continue;  // a part of a flexible body (BodyDescription::part_of)
     tree.size.inner_energy += 0.5 * dot(own, own) / d.mass;
     quantities.kinetic_energy += 0.5 * dot(m.h.linear, m.h.linear) / d.mass;
   }

@@ -53,9 +53,9 @@ class GraspForceOfRun : public CoordinatedLaw {
     }
     if (!X_BT_) {
       const Kinematics k = forward_kinematics(system.model, known);
-      X_BT_ = inverse(k.X_WB[system.base]) * k.X_WB[law.target] * own_frame(system.model, law.target);
+      X_BT_ = inverse(k.X_WB[system.base]) * k.X_WB[law.target] * own_frame(system, law.target);
     }
-    law.X_BT = *X_BT_ * inverse(own_frame(system.model, law.target));
+    law.X_BT = *X_BT_ * inverse(own_frame(system, law.target));
     law_ = std::make_shared<GraspForce>(law_model, std::move(law), std::move(scope));
     if (!report_) begin_report(state, time);
     describe(state, time);

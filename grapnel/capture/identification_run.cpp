@@ -29,7 +29,7 @@ std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size
                                           const TargetInertia& inertia) {
   const Model& model = system.model;
   const int body = model.frames()[system.target_frames[target]].body;
-  const Posed X_BT = own_frame(model, body);  // the target's frame in the body's
+  const Posed X_BT = own_frame(system, body);  // the target's frame in the body's
   ModelBuilder builder;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     BodyDescription description = model.bodies()[i].description;

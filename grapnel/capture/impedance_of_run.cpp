@@ -37,13 +37,7 @@ struct Prepared {
 Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
   const ImpedanceSetup& setup = *problem.impedance;
   Prepared p{{}, {{}, {}, problem.gravity}, controlled_end_effectors(problem)};
-  p.law.motion = static_cast<ImpedanceLaw::Motion>(setup.motion);
-  p.law.transpose = setup.law == ImpedanceSetup::Law::transpose;
-  p.law.senses = setup.force == ImpedanceSetup::Force::sensed;
-  p.law.mass = setup.mass, p.law.damping = setup.damping, p.law.stiffness = setup.stiffness;
-  p.law.inertia = setup.inertia, p.law.angular_damping = setup.angular_damping;
-  p.law.angular_stiffness = setup.angular_stiffness;
-  p.law.null_rate = setup.null_rate;
+  static_cast<ImpedanceGains&>(p.law) = setup;
   const Model& model = system.model;
   std::vector<bool> carries(model.bodies().size(), false);
   for (const std::string& name : p.names) {

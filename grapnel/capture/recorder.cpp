@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "grapnel/approach/phase_setups.hpp"
-#include "grapnel/approach/planning_setup.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
@@ -68,7 +67,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   };
   add_body("base", "the base frame");
   for (int i : seen_bodies(system)) {
-    const std::string name = shown_name(system.model.bodies()[i].description.name);
+    const std::string name = shown_name(system, i);
     add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
     add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
     if (problem.output_links) {

@@ -53,6 +53,8 @@ void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& sy
   model_ = make_clearance_model(problem_, system, opened_);
   parting_ = gripper_pairs(problem_, system, model_, opened_);
   any_pair_ = any_pair_ || !model_.pairs().empty();
+  for (int i = 0; any_pair_ && i < static_cast<int>(system.model.bodies().size()); ++i)
+    shown_.emplace(system.model.bodies()[i].description.name, shown_name(system, i));
   begin();
   for (int body : system.model.joints()) {
     const JointLimits& l = system.model.bodies()[body].description.joint.limits;
@@ -123,20 +125,23 @@ void SafetyMonitor::write(CaptureResult& result) {
 // Clearance and limits of all phases => minimum clearances, violations and unchecked pairs under the names of the
 // input, limit events in order of time.
 void SafetyMonitor::write_events(CaptureResult& result) {
+  const auto show = [&](MinimumClearance& minimum) {
+    minimum.body_a = shown_.at(minimum.body_a), minimum.body_b = shown_.at(minimum.body_b);
+  };
   for (MinimumClearance minimum : clearance_.minima()) {
     if (minimum.body_a.empty()) continue;
-    minimum.body_a = shown_name(minimum.body_a), minimum.body_b = shown_name(minimum.body_b);
+    show(minimum);
     result.clearance.push_back(minimum);
   }
   for (ClearanceEvent e : clearance_.events()) {
-    e.minimum.body_a = shown_name(e.minimum.body_a), e.minimum.body_b = shown_name(e.minimum.body_b);
+    show(e.minimum);
     result.clearance_events.push_back(e);
   }
   for (const GraspSetup& g : problem_.grasps) {
     result.clearance_unwatched.emplace_back(end_effector_of(problem_, g).body, g.target);
   }
   for (const auto& [a, b] : problem_.clearance.ignore) {
-    result.clearance_unwatched.emplace_back(shown_name(a), shown_name(b));
+    result.clearance_unwatched.emplace_back(shown_name(problem_, a), shown_name(problem_, b));
   }
   std::ranges::stable_sort(limit_events_, {}, &LimitEvent::begin_time);
   result.limit_events = limit_events_;

@@ -4,12 +4,12 @@
 /// Checks besides conservation: clearance of all bodies with shapes, joint limits, and closure of loops, in every
 /// phase.
 
+#include <map>
 #include <optional>
 
-#include "grapnel/approach/planning_setup.hpp"
 #include "grapnel/clearance/motion_watch.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
@@ -60,7 +60,8 @@ class SafetyMonitor {
   ClearanceWatch clearance_;
   std::optional<LimitWatch> limits_;
   std::vector<LimitEvent> limit_events_;
-  std::optional<State> step_end_;  // of the last step
+  std::optional<State> step_end_;             // of the last step
+  std::map<std::string, std::string> shown_;  // names of bodies in results, by those in models
   bool open_ = false;
   bool any_pair_ = false, any_phase_ = false;
   bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/capture/identification_run.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/sensor_reader.hpp"
 

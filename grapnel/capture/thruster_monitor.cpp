@@ -47,7 +47,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   for (int body = 0; body < static_cast<int>(system.model.bodies().size()); ++body) {
     const BodyDescription& description = system.model.bodies()[body].description;
     if (body == system.base || is_inside_base(system, body) || is_unseen(description)) continue;
-    const std::string name = shown_name(description.name);
+    const std::string name = shown_name(system, body);
     bool any = false;
     for (const PlacedShape& shape : shapes) {
       if (shape.body != body) continue;

@@ -6,15 +6,10 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "grapnel/constraint/grasp_model.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 
 namespace grapnel {
-
-// Kinds of grasp.
-
-/// rigid: 6 rows, the relative pose at contact is fixed. hinge: 5 rows, rotation about an axis of the end-effector is
-/// free. point: 3 rows, rotation is free.
-enum class GraspModel { rigid, hinge, point };
 
 /// Rows a grasp adds to the constraints.
 constexpr int row_count(GraspModel model) {

@@ -146,7 +146,7 @@ Impedance::Impedance(const Model& model, ImpedanceLaw law, LawScope scope)
 
 void Impedance::sense(std::span<const ExternalWrench> wrenches) {
   sensed_.clear();
-  if (law_.senses) sensed_.assign(wrenches.begin(), wrenches.end());
+  if (law_.force == ImpedanceGains::Force::sensed) sensed_.assign(wrenches.begin(), wrenches.end());
 }
 
 // Rows of all end-effectors, in the controlled directions.
@@ -282,7 +282,7 @@ JointLawCommand Impedance::compute_command(double time, const State& state, std:
   JointLawCommand command;
 
   const Inverse lambda(size.asDiagonal() * rows.A * J_t, size);  // (J* H*^-1 J*^T)^-1 (21.4)
-  const Eigen::VectorXd moving = law_.transpose
+  const Eigen::VectorXd moving = law_.law == ImpedanceGains::Law::transpose
                                      ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (21.6)
                                      : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (21.2)
   // Damping that does not move the end-effectors (21.5).

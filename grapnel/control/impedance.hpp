@@ -58,20 +58,12 @@ struct ImpedanceEndEffector {
   double matched_mass = 0;  // [kg]
 };
 
-struct ImpedanceLaw {
-  enum class Motion { pose, position, plane };
-  Motion motion = Motion::pose;
-  bool transpose = false;  // use (21.6) instead of (21.2)
-  bool senses = true;      // contact forces are measured
-  // Along and about the axes of D:
-  Vector3d mass{1, 1, 1}, damping = Vector3d::zero(), stiffness = Vector3d::zero();
-  Vector3d inertia{1, 1, 1}, angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();
-  double null_rate = 1;  // [1/s]
+struct ImpedanceLaw : ImpedanceGains {
   std::vector<ImpedanceEndEffector> end_effectors;
 };
 
 /// Indices of the controlled components of a twist [angular; linear] in W.
-std::vector<int> controlled_rows(ImpedanceLaw::Motion motion);
+std::vector<int> controlled_rows(ImpedanceGains::Motion motion);
 
 /// The law: efforts with which every end-effector satisfies M (a - a_D) + D (v - v_D) + K e = F in the controlled
 /// directions, exactly for the model. The remaining joint motion is damped. No closures. Its scale is the smallest

@@ -68,19 +68,6 @@ class ImpactDrive {
                        std::span<double> effort) = 0;
 };
 
-struct CompliantSetup {
-  double longest = 1;  // maximum duration of the integration [s]
-  /// Grasps are at rest when the kinetic energy of their relative motion stays below this fraction of its initial value
-  /// for a whole period of the slowest spring. (Springs stay stressed if the joined bodies rotate.)
-  double settled = 1e-8;
-  /// Approximate error of velocities, impulses, and of these times the shortest time scale of the springs, relative to
-  /// the maximum change in a rigid impact; forces between steps' ends are less accurate.
-  double relative_tolerance = 1e-12;
-  // minimum number of samples of the histories (if the impact lasts that long); up to twice that; plus two at events
-  int samples = 400;
-  long max_steps = 2'000'000;
-};
-
 /// One contact or grasp over time; forces on the robot at its own point, in W.
 struct ForceHistory {
   std::vector<Vector3d> point;      // point of force and moment, common to both bodies, in W, per sample [m]

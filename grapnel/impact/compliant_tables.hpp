@@ -6,13 +6,10 @@
 
 #include <cstdint>
 
+#include "grapnel/impact/impact_setup.hpp"
 #include "grapnel/model/tree.hpp"
 
 namespace grapnel {
-
-/// Normal force of a contact over the deformation d >= 0 and its rate.
-/// kelvin_voigt: max(0, k d + c d').  hertz: k d^(3/2).  hunt_crossley: max(0, k d^n (1 + a d')).
-enum class ContactForceModel { kelvin_voigt, hertz, hunt_crossley };
 
 /// apart: no deformation. pressing: the force law applies. relaxing: the surface is deformed, but not in contact.
 enum class ContactPhase { apart, pressing, relaxing };

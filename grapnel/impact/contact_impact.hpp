@@ -8,14 +8,10 @@
 
 #include <string>
 
+#include "grapnel/impact/impact_setup.hpp"
 #include "grapnel/impact/plastic_impact.hpp"
 
 namespace grapnel {
-
-/// The end of the restitution of a contact. newton: its normal velocity is -e times the one before. poisson: the normal
-/// impulse of restitution is e times that of compression. stronge: the work of the normal force in restitution is -e^2
-/// times that in compression.
-enum class RestitutionHypothesis { newton, poisson, stronge };
 
 /// A point at which a body of the robot touches a target.
 struct ContactPoint {

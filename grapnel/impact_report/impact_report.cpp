@@ -10,6 +10,7 @@
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/bilateral_restitution.hpp"
+#include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
@@ -114,15 +115,12 @@ std::vector<LoopGap> loop_gaps(const CaptureProblem& problem, const Contact& con
   return loops;
 }
 
-std::vector<BodyImpulse> body_impulses(const Model& model, const Kinematics& before, const Kinematics& after) {
+std::vector<BodyImpulse> body_impulses(const CaptureSystem& system, const Kinematics& before, const Kinematics& after) {
   std::vector<BodyImpulse> impulses;
-  const std::string prefix = target_body_name("");
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    const Momentumd h0 = body_momentum(model, before, static_cast<int>(i)).h;
-    const Momentumd h1 = body_momentum(model, after, static_cast<int>(i)).h;
-    const std::string& name = model.bodies()[i].description.name;
-    impulses.push_back(
-        {name.starts_with(prefix) ? name.substr(prefix.size()) : name, h1.linear - h0.linear, h1.angular - h0.angular});
+  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
+    const Momentumd h0 = body_momentum(system.model, before, i).h;
+    const Momentumd h1 = body_momentum(system.model, after, i).h;
+    impulses.push_back({shown_name(system, i), h1.linear - h0.linear, h1.angular - h0.angular});
   }
   return impulses;
 }
@@ -315,7 +313,7 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
                           const State& after, std::span<const ExternalImpulse> external, ImpactReport& report) {
   const Model& model = system.model;
   const Kinematics k0 = forward_kinematics(model, before), k1 = forward_kinematics(model, after);
-  report.body_impulses = body_impulses(model, k0, k1);
+  report.body_impulses = body_impulses(system, k0, k1);
   // Energies body by body, independent of the mass matrix that solved the impact.
   report.kinetic_energy_before = kinetic_energy(model, k0, before);
   report.kinetic_energy_after = kinetic_energy(model, k1, after);

@@ -198,9 +198,10 @@ struct BodyDescription {
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in the body's axes [kg m^2]
   std::optional<BeamDescription> beam = {};
   std::vector<VibrationMode> modes = {};  // alternative to a beam
-  /// A part of a flexible body, or an intermediate body between two of its joints. Its mass, or its inertia about some
-  /// axis, may be zero if attached parts have it, or negative if the carrying part compensates.
-  bool is_part = false;
+  /// Name of the flexible link of which it is a part, or an intermediate body between two joints; empty: it is none.
+  /// Its mass, or its inertia about some axis, may be zero if attached parts have it, or negative if the carrying part
+  /// compensates.
+  std::string part_of = {};
 };
 
 /// A named frame fixed on a body: an end-effector, a grasp point, a sensor.

@@ -113,7 +113,7 @@ void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("body '{}': {}", body.name, text)); };
   if (const std::string text = placement_fault(body.X_PF); !text.empty()) fault("joint " + text);
   if (!finite(body.com)) fault("centre of mass is not finite");
-  if (body.is_part) {
+  if (!body.part_of.empty()) {
     if (!std::isfinite(body.mass) || !finite(body.inertia) || body.parent.empty())
       fault("a part of a body needs a parent, and a mass and an inertia that are finite");
   } else {

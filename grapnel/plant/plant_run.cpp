@@ -10,6 +10,7 @@
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/plant/plant_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/simulate/controller_source.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {

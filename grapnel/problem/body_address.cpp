@@ -29,6 +29,19 @@ std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const Rob
   return addresses;
 }
 
+int body_named(const CaptureSystem& system, const BodyName& body) {
+  if (body.target && body.name.empty()) return body_at(system, {BodyAddress::Owner::target, *body.target, 0});
+  for (std::size_t i = 0; i < system.addresses.size(); ++i) {
+    const std::string& name = system.model.bodies()[i].description.name;
+    const BodyAddress& address = system.addresses[i];
+    const bool is_it = !body.target ? address.owner != BodyAddress::Owner::target && name == body.name
+                                    : belongs_to_target(system, static_cast<int>(i), *body.target) &&
+                                          address.part > 0 && name.ends_with(panel_body_name("", body.name));
+    if (is_it) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 int body_at(const CaptureSystem& system, const BodyAddress& address) {
   for (std::size_t i = 0; i < system.addresses.size(); ++i) {
     if (system.addresses[i] == address) return static_cast<int>(i);
@@ -72,7 +85,7 @@ std::vector<PlacedShape> shapes_in_model(const CaptureProblem& problem, const Ca
   for (std::size_t t = 0; t < problem.targets.size(); ++t) {
     const int body = target_body_index(system, t);
     for (Geometry geometry : problem.targets[t].geometry) {
-      geometry.X_BG = own_frame(system.model, body) * geometry.X_BG;
+      geometry.X_BG = own_frame(system, body) * geometry.X_BG;
       add(body, std::move(geometry));
     }
   }

@@ -12,30 +12,26 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "grapnel/constraint/grasp.hpp"
-#include "grapnel/impact/compliant_impact.hpp"
-#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/impact/impact_setup.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/plan/objective_kind.hpp"
 #include "grapnel/problem/sensor_setup.hpp"
-#include "grapnel/result/result_documents.hpp"
-#include "grapnel/simulate/attitude_control.hpp"
-#include "grapnel/simulate/controller.hpp"
-#include "grapnel/simulate/controller_source.hpp"
+#include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
-#include "grapnel/simulate/moment_gyros.hpp"
 #include "grapnel/simulate/orbit.hpp"
-#include "grapnel/simulate/replay_controller.hpp"
-#include "grapnel/simulate/thruster_bank.hpp"
-#include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
+
+class ControllerSource;
+struct SourceTexts;
 
 /// Limits of position and velocity relative to its grasp point within which an end-effector can close.
 struct CaptureEnvelope {
@@ -214,8 +210,9 @@ struct BaseControlSetup {
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
-  Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
-  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  Vector3d limit{kNone, kNone, kNone};  // [N m]
+  std::optional<Rotationd> R_WD;        // desired attitude; absent: the one at the phase's start
   // of the reaction torque of the joints' motion (BaseActuators::feedforward)
   bool feedforward = false;
   double wheel_speed_rate = 0;                   // see BaseActuators [1/s]
@@ -449,26 +446,11 @@ struct KeepBaseSetup {
 
 /// Impedance at end-effectors (ImpedanceLaw): in the approach, in a compliant impact and afterwards, if joints is
 /// impedance there.
-struct ImpedanceSetup {
+struct ImpedanceSetup : ImpedanceGains {
   std::vector<std::string> end_effectors;  // empty: all that grasps name
-  /// The controlled directions: all six, the position, or x, y and the rotation about z of W.
-  enum class Motion { pose, position, plane };
-  Motion motion = Motion::pose;
-  /// operational_space: exact for the model. transpose: J*^T (K e - D v), without mass and model.
-  enum class Law { operational_space, transpose };
-  Law law = Law::operational_space;
-  // Along and about the axes of the reference:
-  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
-  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
-  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
-  Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
-  /// Whether the law receives contact forces; otherwise it assumes zero.
-  enum class Force { sensed, not_sensed };
-  Force force = Force::sensed;
   /// target: in an impact the apparent mass along each contact's normal is the one that stops the target.
   enum class Match { none, target };
   Match match = Match::none;
-  double null_rate = 1;  // damping rate of the joints' null-space motion [1/s]
 };
 
 /// Motion and internal force of a target that several grasps hold (GraspForceLaw).
@@ -599,9 +581,26 @@ constexpr bool is_law(PostImpactSetup::Joints joints) {
          joints == Joints::grasp_force;
 }
 
+/// A body of a problem: of the robot, by its name, or of a target.
+struct BodyName {
+  BodyName() = default;
+  BodyName(std::string body) : name(std::move(body)) {}
+  BodyName(const char* body) : name(body) {}
+  static BodyName of_target(std::size_t target, std::string panel = {}) {
+    BodyName body(std::move(panel));
+    body.target = target;
+    return body;
+  }
+
+  std::string name;                   // of a target: its panel's; empty: the target without its panels
+  std::optional<std::size_t> target;  // in CaptureProblem::targets
+
+  bool operator==(const BodyName&) const = default;
+};
+
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
-  std::string body;                    // of the robot, or target_body_name()
+  BodyName body;
   Vector3d p_BP = Vector3d::zero();    // point of application, in the body's frame [m]
   LoadFrame frame = LoadFrame::world;  // of the components; orbit: needs CaptureProblem::orbit
   Wrenchd amplitude = Wrenchd::zero();
@@ -637,8 +636,8 @@ ReferenceOrbit reference_orbit(const OrbitSetup& setup);
 /// Evaluation of clearances.
 struct ClearanceSetup {
   bool enabled = true;
-  double required = 0;                                      // [m]; a smaller distance is a violation
-  std::vector<std::pair<std::string, std::string>> ignore;  // pairs of bodies by their names in the model
+  double required = 0;                                // [m]; a smaller distance is a violation
+  std::vector<std::pair<BodyName, BodyName>> ignore;  // pairs of bodies
 };
 
 /// The input of `simulate_capture()`. Absent phases are not simulated; without an approach the initial state is the

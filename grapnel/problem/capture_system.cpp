@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
-#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
@@ -158,14 +157,20 @@ void check_motion_form(const CaptureProblem& problem, std::size_t joints, std::v
 
 // Checks external loads, the orbit and clearances.
 void check_surroundings(const CaptureProblem& problem, const Model& model, std::vector<std::string>& faults) {
-  const auto known = [&](const std::string& name) {
-    return std::any_of(model.bodies().begin(), model.bodies().end(),
-                       [&](const Body& b) { return b.description.name == name; });
+  const auto check_body = [&](const char* what, const BodyName& body) {
+    if (body.target && *body.target >= problem.targets.size()) {
+      faults.push_back(fmt::format("{}: there is no target {}", what, *body.target));
+      return;
+    }
+    const std::string name = name_in_model(problem, body);
+    if (std::none_of(model.bodies().begin(), model.bodies().end(),
+                     [&](const Body& b) { return b.description.name == name; }))
+      faults.push_back(fmt::format("{}: unknown body '{}'", what, shown_name(problem, body)));
   };
   for (const LoadSetup& load : problem.loads) {
-    if (!known(load.body)) faults.push_back(fmt::format("load: unknown body '{}'", load.body));
+    check_body("load", load.body);
     if (load.frame == LoadFrame::orbit && !problem.orbit)
-      faults.push_back(fmt::format("load on '{}': its frame is that of an orbit, and there is none", load.body));
+      faults.push_back(fmt::format("load on '{}': its frame is that of an orbit, and there is none", load.body.name));
   }
   if (problem.orbit) {
     if (const std::string fault = fault_of(reference_orbit(*problem.orbit)); !fault.empty())
@@ -173,9 +178,7 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
     if (problem.robot.base_mode == RobotSetup::Base::fixed) faults.push_back("orbit: the robot's base is fixed");
   }
   for (const auto& [a, b] : problem.clearance.ignore) {
-    for (const std::string& name : {a, b}) {
-      if (!known(name)) faults.push_back(fmt::format("clearance: unknown body '{}'", name));
-    }
+    for (const BodyName& body : {a, b}) check_body("clearance", body);
   }
   if (problem.robot.base_mode == RobotSetup::Base::fixed &&
       ((problem.approach && problem.approach->base_control) ||
@@ -475,13 +478,26 @@ BodyDescription target_body(const TargetSetup& target) {
   return body;
 }
 
-Posed own_frame(const Model& model, int body) {
-  const std::string& name = model.bodies()[body].description.name;
-  if (!name.starts_with(target_body_name(""))) return Posed::identity();
-  for (const Frame& f : model.frames()) {
-    if (f.name == name && f.body == body) return f.X_BE;
-  }
-  return Posed::identity();
+std::string name_in_model(const CaptureProblem& problem, const BodyName& body) {
+  if (!body.target) return body.name;
+  const std::string target = target_body_name(problem.targets.at(*body.target).name);
+  return body.name.empty() ? target : panel_body_name(target, body.name);
+}
+
+std::string shown_name(const CaptureProblem& problem, const BodyName& body) {
+  const std::string name = name_in_model(problem, body);
+  return body.target ? name.substr(target_body_name("").size()) : name;
+}
+
+std::string shown_name(const CaptureSystem& system, int body) {
+  const std::string& name = system.model.bodies()[body].description.name;
+  return belongs_to_targets(system, body) ? name.substr(target_body_name("").size()) : name;
+}
+
+Posed own_frame(const CaptureSystem& system, int body) {
+  const BodyAddress& address = system.addresses[static_cast<std::size_t>(body)];
+  return address.is_target_itself() ? system.model.frames()[system.target_frames[address.target]].X_BE
+                                    : Posed::identity();
 }
 
 std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel; }

@@ -54,9 +54,17 @@ struct CaptureSystem {
   std::vector<BodyAddress> addresses = {};  // per body of the model
 };
 
+/// The name of a body in the models of a problem. @throws std::out_of_range for an unknown target.
+std::string name_in_model(const CaptureProblem& problem, const BodyName& body);
+/// The name of a body in messages and results: without the prefix of a target.
+std::string shown_name(const CaptureProblem& problem, const BodyName& body);
+std::string shown_name(const CaptureSystem& system, int body);
+
 /// The addresses of a model's bodies, from the wheels, gyros and targets of the problem and the bodies of `robot`.
 std::vector<BodyAddress> body_addresses(const CaptureProblem& problem, const RobotSetup& robot, const Model& model,
                                         bool with_targets);
+/// The body of that name, or -1: the system has none.
+int body_named(const CaptureSystem& system, const BodyName& body);
 /// The body with that address; -1: the system has none.
 int body_at(const CaptureSystem& system, const BodyAddress& address);
 /// The body of a target itself, without its panels. `target`: in CaptureProblem::targets.
@@ -101,8 +109,8 @@ std::string wheel_fault(const RobotSetup& robot);
 State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system);
 
 /// Pose of a body's own frame, as in the problem, in the model's body: for a target that hangs on an arm, the model
-/// body's origin is the contact point. The identity for bodies of the robot.
-Posed own_frame(const Model& model, int body);
+/// body's origin is the contact point. The identity for all bodies but targets.
+Posed own_frame(const CaptureSystem& system, int body);
 
 /// Body description of a free target.
 BodyDescription target_body(const TargetSetup& target);

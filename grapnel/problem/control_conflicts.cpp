@@ -5,6 +5,7 @@
 #include "grapnel/problem/conflict_finder.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
+#include "grapnel/simulate/thruster_allocation.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

@@ -119,7 +119,7 @@ std::vector<LinkMode> modes_of_link(const RobotSetup& robot, const BodyDescripti
                                     const std::vector<BodyDescription>& pieces, int count) {
   ModelBuilder builder;
   BodyDescription root = pieces.front();
-  root.parent.clear(), root.joint = JointDescription{}, root.X_PF = Posed::identity(), root.is_part = false;
+  root.parent.clear(), root.joint = JointDescription{}, root.X_PF = Posed::identity(), root.part_of.clear();
   // fixed, so the values do not matter
   root.mass = 1, root.com = Vector3d::zero(), root.inertia = Symmetric3d::diagonal(1, 1, 1);
   builder.add(root);
@@ -160,9 +160,9 @@ std::vector<BodyDescription> pieces_on_springs(const BodyDescription& link, Body
   Beam beam(link);
   const Rest rest = rest_of(link, beam);
   if (rest.is_nothing) beam.spread(rest.inertia);
-  const auto set = [](const RigidBodyInertiad& I, BodyDescription& body) {
+  const auto set = [&](const RigidBodyInertiad& I, BodyDescription& body) {
     body.mass = I.mass, body.com = I.com(), body.inertia = I.rotational_about_com();
-    body.is_part = true;
+    body.part_of = link.name;
   };
   RigidBodyInertiad first = beam.piece_inertia(0);
   if (!rest.is_nothing) first += RigidBodyInertiad::about_com(rest.mass, rest.com, rest.inertia);
@@ -179,7 +179,7 @@ std::vector<BodyDescription> pieces_on_springs(const BodyDescription& link, Body
       body.name = is_last ? piece_name(link.name, piece) : body.joint.name;
       body.parent = parent, body.X_PF.p = at;
       body.joint.type = hinge.type, body.joint.axis = hinge.axis, body.joint.spring = hinge.spring;
-      body.is_part = true;
+      body.part_of = link.name;
       if (is_last) set(beam.piece_inertia(piece), body);
       parent = body.name, at = Vector3d::zero();
       pieces.push_back(std::move(body));
@@ -246,7 +246,7 @@ class Expansion {
     turned.parent = body.parent, turned.X_PF = body.X_PF;
     turned.joint = link.joint;
     turned.joint.elasticity.reset();
-    turned.is_part = true;
+    turned.part_of = link.name;
     body.parent = turned.name, body.X_PF = Posed::identity();
     body.joint = JointDescription{};
     body.joint.name = kGear + link.joint.name;
@@ -381,12 +381,12 @@ RobotSetup rigid_robot(const RobotSetup& robot) {
 }
 
 bool is_elastic_part(const BodyDescription& body) {
-  return yields(body.joint) && (body.is_part || body.joint.name.starts_with(kGear));
+  return yields(body.joint) && (!body.part_of.empty() || body.joint.name.starts_with(kGear));
 }
 
 bool is_unseen(const BodyDescription& body) {
   const Symmetric3d& I = body.inertia;
-  return body.is_part && (body.mass <= 0 || (I.xx == 0 && I.yy == 0 && I.zz == 0));
+  return !body.part_of.empty() && (body.mass <= 0 || (I.xx == 0 && I.yy == 0 && I.zz == 0));
 }
 
 const RobotSetup& modelled_robot(const RobotSetup& robot, bool moving, std::optional<RobotSetup>& made) {
@@ -403,7 +403,8 @@ CaptureProblem flexible_problem(CaptureProblem problem) {
   if (!is_flexible(problem.robot)) return problem;
   const Expansion expansion(problem.robot);
   for (LoadSetup& load : problem.loads) {
-    const PlaceOnPiece place = expansion.placed(load.body, load.p_BP);
+    if (load.body.target) continue;
+    const PlaceOnPiece place = expansion.placed(load.body.name, load.p_BP);
     load.body = place.body, load.p_BP = place.p;
   }
   problem.robot = flexible_robot(RobotSetup(problem.robot));
@@ -417,23 +418,22 @@ PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p) {
   return {piece_name(link.name, piece), p - beam.origin(piece)};
 }
 
-std::string link_of_piece(const BodyDescription& body) {
-  const std::size_t colon = body.name.rfind(':');
-  if (!body.is_part || colon == std::string::npos) return body.name;
-  const std::string number = body.name.substr(colon + 1);  // the name "target:NAME" contains a colon, too
-  return number.find_first_not_of("0123456789") == std::string::npos ? body.name.substr(0, colon) : body.name;
+const std::string& link_of_piece(const BodyDescription& body) {
+  return body.part_of.empty() ? body.name : body.part_of;
 }
 
 std::vector<int> pieces_of(const Model& model, const std::string& link) {
   std::vector<int> pieces{model.body_index(link)};
   for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
     const BodyDescription& body = model.bodies()[i].description;
-    if (body.is_part && body.name != link && !is_unseen(body) && link_of_piece(body) == link) pieces.push_back(i);
+    if (body.part_of == link && body.name != link && !is_unseen(body)) pieces.push_back(i);
   }
   return pieces;
 }
 
 // --- Targets ---
+
+std::string panel_body_name(const std::string& target, const std::string& panel) { return target + "/" + panel; }
 
 namespace {
 
@@ -446,7 +446,7 @@ RobotSetup as_robot(const TargetSetup& target) {
   std::vector<BodyDescription> panels;
   for (const PanelSetup& p : target.panels) {
     BodyDescription panel;
-    panel.name = fmt::format("{}/{}", body.name, p.name);
+    panel.name = panel_body_name(body.name, p.name);
     panel.parent = body.name, panel.X_PF = p.X_TP;
     panel.joint.name = panel.name;
     panel.mass = p.mass, panel.com = p.com, panel.inertia = p.inertia;

@@ -45,6 +45,8 @@ struct TargetBodies {
   std::vector<std::pair<std::string, Geometry>> geometry;  // of the others, by the body's name
 };
 TargetBodies target_bodies(const TargetSetup& target);
+/// The name of a panel's body in a model, or in results, from that of the target.
+std::string panel_body_name(const std::string& target, const std::string& panel);
 /// The error in a target's panels; empty: none.
 std::string panel_fault(const TargetSetup& target);
 
@@ -56,7 +58,7 @@ struct PlaceOnPiece {
 PlaceOnPiece place_on_piece(const BodyDescription& link, const Vector3d& p);
 
 /// The link of which a body of flexible_robot() is a piece: the body's own name if it is no piece.
-std::string link_of_piece(const BodyDescription& body);
+const std::string& link_of_piece(const BodyDescription& body);
 /// The bodies of a model that are pieces of a link, or the body of that name. @throws std::out_of_range if there is
 /// none.
 std::vector<int> pieces_of(const Model& model, const std::string& link);

@@ -235,9 +235,8 @@ void check_actions(const CaptureProblem& problem, const CaptureSystem& system, c
     if (g.model == GraspModel::hinge) check.mirrored(frame_pose(model, k, frame).R * g.hinge_axis);
   }
   for (const LoadSetup& load : problem.loads) {
-    const auto target = std::find_if(problem.targets.begin(), problem.targets.end(),
-                                     [&](const TargetSetup& t) { return target_body_name(t.name) == load.body; });
-    const Posed& X_WB = target != problem.targets.end() ? target->X_WT : k.X_WB[model.body_index(load.body)];
+    const Posed& X_WB =
+        load.body.target ? problem.targets[*load.body.target].X_WT : k.X_WB[model.body_index(load.body.name)];
     const Rotationd R = load.frame == LoadFrame::body    ? X_WB.R
                         : load.frame == LoadFrame::orbit ? orbit_point(reference_orbit(*problem.orbit), 0).R_WO
                                                          : Rotationd::identity();

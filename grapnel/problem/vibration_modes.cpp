@@ -104,7 +104,7 @@ std::vector<BodyDescription> bodies_of_modes(const BodyDescription& link) {
     body.joint.name = body.name;
     body.joint.type = o.slides ? JointType::prismatic : JointType::continuous;
     body.joint.axis = o.axis;
-    body.is_part = true;
+    body.part_of = link.name;
     double inertia = o.inertia;
     const double spin = norm(o.spin);
     if (o.slides) body.mass = o.inertia;
@@ -129,7 +129,7 @@ std::vector<BodyDescription> bodies_of_modes(const BodyDescription& link) {
     less.mass = -counted_twice.mass, less.com = counted_twice.com();
     const Symmetric3d J = counted_twice.rotational_about_com();
     less.inertia = {-J.xx, -J.yy, -J.zz, -J.xy, -J.xz, -J.yz};
-    less.is_part = true;
+    less.part_of = link.name;
     bodies.push_back(std::move(less));
   }
   return bodies;

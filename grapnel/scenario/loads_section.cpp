@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
@@ -162,11 +162,18 @@ const Type& clearance_description() { return type_of<ClearanceSetup>(); }
 
 namespace {
 
+std::optional<std::size_t> index_of_target(const CaptureProblem& problem, std::string_view name) {
+  const auto at = std::ranges::find(problem.targets, name, &TargetSetup::name);
+  if (name.empty() || at == problem.targets.end()) return {};
+  return static_cast<std::size_t>(at - problem.targets.begin());
+}
+
 void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, Reading& reading) {
   const std::string body = text_at(node, "body"), target = text_at(node, "target");
   reading.robot.links.expect(body, part(node, "body").mark, path, reading.faults);
   reading.targets.expect(target, part(node, "target").mark, path, reading.faults);
-  load.body = node.find("target") ? target_body_name(target) : body;
+  load.body = body;
+  if (const auto index = index_of_target(reading.problem, target)) load.body = BodyName::of_target(*index);
   if (load.profile.shape != LoadProfile::Shape::table) return;
   for (const char* key : {"force", "torque", "stream"}) {
     const NodeEntry* entry = node.entry(key);
@@ -177,17 +184,20 @@ void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, R
   }
 }
 
-// The model's name of a link, the base or a target; an error if there is none.
-std::string body_named(const Node& node, const std::string& path, Reading& reading) {
+// A link, the base, a target or a panel; an error if there is none.
+std::optional<BodyName> body_named(const Node& node, const std::string& path, Reading& reading) {
   if (!is_text(node) || node.text.empty()) return {};
   const NameTable &links = reading.robot.links, &targets = reading.targets;
   if (links.contains(node.text)) return node.text;
-  if (targets.contains(node.text)) return target_body_name(node.text);
+  if (const auto target = index_of_target(reading.problem, node.text)) return BodyName::of_target(*target);
   std::vector<std::string> panels;
-  for (const TargetSetup& target : reading.problem.targets) {
-    for (const PanelSetup& panel : target.panels) panels.push_back(fmt::format("{}/{}", target.name, panel.name));
+  for (std::size_t t = 0; t < reading.problem.targets.size(); ++t) {
+    const TargetSetup& target = reading.problem.targets[t];
+    for (const PanelSetup& panel : target.panels) {
+      panels.push_back(panel_body_name(target.name, panel.name));
+      if (panels.back() == node.text) return BodyName::of_target(t, panel.name);
+    }
   }
-  if (std::find(panels.begin(), panels.end(), node.text) != panels.end()) return target_body_name(node.text);
   if (links.complete() && targets.complete()) {
     std::vector<std::string> names = links.names();
     names.insert(names.end(), targets.names().begin(), targets.names().end());
@@ -212,13 +222,12 @@ void finish_clearance(Reading& reading) {
     const Node& pair = pairs.items[i];
     if (pair.items.size() != 2) continue;
     const std::string path = item("clearance.ignore", i);
-    const std::string first = body_named(pair.items[0], path, reading);
-    const std::string second = body_named(pair.items[1], path, reading);
-    if (first.empty() || second.empty()) continue;
-    if (first == second) {
+    const auto first = body_named(pair.items[0], path, reading), second = body_named(pair.items[1], path, reading);
+    if (!first || !second) continue;
+    if (*first == *second) {
       reading.faults.add(pair.items[1].mark, fmt::format("{} names {} twice", path, in_quotes(pair.items[1].text)));
     }
-    reading.problem.clearance.ignore.emplace_back(first, second);
+    reading.problem.clearance.ignore.emplace_back(*first, *second);
   }
 }
 

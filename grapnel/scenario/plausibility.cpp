@@ -7,9 +7,8 @@
 #include <map>
 #include <numbers>
 
-#include "grapnel/approach/target_motion.hpp"
-#include "grapnel/capture/safety_monitor.hpp"
-#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/problem_clearance.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -165,7 +164,9 @@ constexpr double kMostTurnedInOrbit = 1e2;  // if the whole motion must be integ
 bool start_is_cheap(const CaptureProblem& problem) {
   const double T = problem.approach ? problem.approach->duration : 0;
   return std::all_of(problem.targets.begin(), problem.targets.end(), [&](const TargetSetup& t) {
-    const auto acts = [&](const LoadSetup& load) { return load.body == target_body_name(t.name); };
+    const auto acts = [&](const LoadSetup& load) {
+      return load.body == BodyName::of_target(target_index(problem, t.name));
+    };
     if (t.given_at == TargetSetup::Instant::start) return true;
     return T * norm(t.V_WT.angular) < (problem.orbit ? kMostTurnedInOrbit : kMostTurned) &&
            std::none_of(problem.loads.begin(), problem.loads.end(), acts);
@@ -202,7 +203,7 @@ class StartOverlaps {
 };
 
 std::string shown_body(const CaptureSystem& system, int body) {
-  const std::string name = in_quotes(shown_name(system.model.bodies()[body].description.name));
+  const std::string name = in_quotes(shown_name(system, body));
   return system.addresses[static_cast<std::size_t>(body)].is_target_itself() ? "target " + name : name;
 }
 

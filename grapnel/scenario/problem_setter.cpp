@@ -251,111 +251,51 @@ consteval std::size_t member_count() {
 }
 
 // Calls visit(member, member, ...).
-// clang-format off
 template <class T, class Visit>
 void with_members(const T& value, Visit visit) {
   constexpr std::size_t kCount = member_count<T>();
-  if constexpr (kCount == 1) {
-    const auto& [a] = value;
-    visit(a);
-  } else if constexpr (kCount == 2) {
-    const auto& [a, b] = value;
-    visit(a, b);
-  } else if constexpr (kCount == 3) {
-    const auto& [a, b, c] = value;
-    visit(a, b, c);
-  } else if constexpr (kCount == 4) {
-    const auto& [a, b, c, d] = value;
-    visit(a, b, c, d);
-  } else if constexpr (kCount == 5) {
-    const auto& [a, b, c, d, e] = value;
-    visit(a, b, c, d, e);
-  } else if constexpr (kCount == 6) {
-    const auto& [a, b, c, d, e, f] = value;
-    visit(a, b, c, d, e, f);
-  } else if constexpr (kCount == 7) {
-    const auto& [a, b, c, d, e, f, g] = value;
-    visit(a, b, c, d, e, f, g);
-  } else if constexpr (kCount == 8) {
-    const auto& [a, b, c, d, e, f, g, h] = value;
-    visit(a, b, c, d, e, f, g, h);
-  } else if constexpr (kCount == 9) {
-    const auto& [a, b, c, d, e, f, g, h, i] = value;
-    visit(a, b, c, d, e, f, g, h, i);
-  } else if constexpr (kCount == 10) {
-    const auto& [a, b, c, d, e, f, g, h, i, j] = value;
-    visit(a, b, c, d, e, f, g, h, i, j);
-  } else if constexpr (kCount == 11) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k);
-  } else if constexpr (kCount == 12) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l);
-  } else if constexpr (kCount == 13) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m);
-  } else if constexpr (kCount == 14) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
-  } else if constexpr (kCount == 15) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o);
-  } else if constexpr (kCount == 16) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p);
-  } else if constexpr (kCount == 17) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q);
-  } else if constexpr (kCount == 18) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r);
-  } else if constexpr (kCount == 19) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s);
-  } else if constexpr (kCount == 20) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t);
-  } else if constexpr (kCount == 21) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u);
-  } else if constexpr (kCount == 22) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v);
-  } else if constexpr (kCount == 23) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w);
-  } else if constexpr (kCount == 24) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x);
-  } else if constexpr (kCount == 25) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y);
-  } else if constexpr (kCount == 26) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z);
-  } else if constexpr (kCount == 27) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa);
-  } else if constexpr (kCount == 28) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb);
-  } else if constexpr (kCount == 29) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc);
-  } else if constexpr (kCount == 30) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd);
-  } else if constexpr (kCount == 31) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee);
-  } else if constexpr (kCount == 32) {
-    const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff] = value;
-    visit(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff);
-  } else {
-    static_assert(kCount == 0, "too many members for this list");
-  }
+  // clang-format off
+#define GRAPNEL_MEMBERS(count, ...)        \
+  if constexpr (kCount == count) {         \
+    const auto& [__VA_ARGS__] = value;     \
+    visit(__VA_ARGS__);                    \
+  } else
+  GRAPNEL_MEMBERS(1, a)
+  GRAPNEL_MEMBERS(2, a, b)
+  GRAPNEL_MEMBERS(3, a, b, c)
+  GRAPNEL_MEMBERS(4, a, b, c, d)
+  GRAPNEL_MEMBERS(5, a, b, c, d, e)
+  GRAPNEL_MEMBERS(6, a, b, c, d, e, f)
+  GRAPNEL_MEMBERS(7, a, b, c, d, e, f, g)
+  GRAPNEL_MEMBERS(8, a, b, c, d, e, f, g, h)
+  GRAPNEL_MEMBERS(9, a, b, c, d, e, f, g, h, i)
+  GRAPNEL_MEMBERS(10, a, b, c, d, e, f, g, h, i, j)
+  GRAPNEL_MEMBERS(11, a, b, c, d, e, f, g, h, i, j, k)
+  GRAPNEL_MEMBERS(12, a, b, c, d, e, f, g, h, i, j, k, l)
+  GRAPNEL_MEMBERS(13, a, b, c, d, e, f, g, h, i, j, k, l, m)
+  GRAPNEL_MEMBERS(14, a, b, c, d, e, f, g, h, i, j, k, l, m, n)
+  GRAPNEL_MEMBERS(15, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o)
+  GRAPNEL_MEMBERS(16, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p)
+  GRAPNEL_MEMBERS(17, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q)
+  GRAPNEL_MEMBERS(18, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r)
+  GRAPNEL_MEMBERS(19, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s)
+  GRAPNEL_MEMBERS(20, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t)
+  GRAPNEL_MEMBERS(21, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u)
+  GRAPNEL_MEMBERS(22, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v)
+  GRAPNEL_MEMBERS(23, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w)
+  GRAPNEL_MEMBERS(24, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x)
+  GRAPNEL_MEMBERS(25, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y)
+  GRAPNEL_MEMBERS(26, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z)
+  GRAPNEL_MEMBERS(27, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa)
+  GRAPNEL_MEMBERS(28, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb)
+  GRAPNEL_MEMBERS(29, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc)
+  GRAPNEL_MEMBERS(30, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd)
+  GRAPNEL_MEMBERS(31, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee)
+  GRAPNEL_MEMBERS(32, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff)
+  { static_assert(kCount == 0, "too many members for this list"); }
+#undef GRAPNEL_MEMBERS
+  // clang-format on
 }
-// clang-format on
 
 // ---- Bytes ----
 
@@ -400,6 +340,7 @@ class Bytes {
     if (undeformed) put(*undeformed);
   }
   void put(const std::shared_ptr<const SourceTexts>&) {}  // origin of a problem, not part of its value
+  void put(const BodyName& body) { put(body.name), put(body.target); }
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);
   }
@@ -415,6 +356,11 @@ class Bytes {
     static_assert(member_count<ThrusterSetup>() == 3, "a member is missing below");
     put(static_cast<const Thruster&>(t));
     put(t.name), put(t.plume);
+  }
+  void put(const ImpedanceSetup& impedance) {
+    static_assert(member_count<ImpedanceSetup>() == 3, "a member is missing below");
+    put(static_cast<const ImpedanceGains&>(impedance));
+    put(impedance.end_effectors), put(impedance.match);
   }
   template <class Structure>
   requires std::is_aggregate_v<Structure>

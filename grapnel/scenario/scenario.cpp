@@ -11,6 +11,7 @@
 #include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/plausibility.hpp"

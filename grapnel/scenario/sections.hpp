@@ -37,8 +37,8 @@ struct Described<Wrenchd> {
   static constexpr Type type = structure<Wrenchd>("wrench", "", {});
 };
 template <>
-struct Described<std::pair<std::string, std::string>> {
-  static constexpr Type type = structure<std::pair<std::string, std::string>>("names", "", {});
+struct Described<std::pair<BodyName, BodyName>> {
+  static constexpr Type type = structure<std::pair<BodyName, BodyName>>("names", "", {});
 };
 
 /// Keys common to all files.

@@ -14,6 +14,7 @@
 
 #include "grapnel/dynamics/state.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/sensor_reader.hpp"
 #include "grapnel/spatial/vector3.hpp"
@@ -85,13 +86,6 @@ class Controller {
 /// Speed limit of plausible motion under sampled control [rad/s or m/s]: an unstable loop grows exponentially, and the
 /// number of steps between samples would explode before any value overflows.
 inline constexpr double kRunaway = 1e4;
-
-/// Timing of an on-board computer.
-struct ControlTiming {
-  double period = 0.01;  // T [s]
-  double delay = 0;      // from a sample to its command [s]
-  bool operator==(const ControlTiming&) const = default;
-};
 
 /// The clock of sampled control and the held commands. Sensors are read at t = kT, k = 0, 1, ...; the laws' commands
 /// act from kT + delay until the next command; before the first one efforts are zero. Times are those of the scenario.

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/spatial/vector3.hpp"
+#include "grapnel/simulate/control_setup.hpp"
 
 namespace grapnel {
 
@@ -35,15 +35,6 @@ struct MomentGyro {
   double rate = std::numeric_limits<double>::infinity();    // maximum commanded rate of the gimbal [rad/s]
   double bandwidth = 20;                                    // [1/s]
   double momentum() const { return inertia * spin_rate; }   // [N m s]
-};
-
-/// Parameters of the gimbal rates for a torque, near singular configurations. The measure of singularity is m =
-/// sqrt(det(A A^T)), with the momenta's derivatives by the gimbal angles as columns of A, divided by the largest
-/// momentum.
-struct GyroSteering {
-  double near = 0.2;      // m below which the array counts as near a singularity
-  double damping = 0.01;  // lambda_0
-  double dither = 0.01;   // epsilon_0; less than 1/2
 };
 
 /// A torque tau on the carrying body, which rotates at w, both in its axes, needs gimbal rates d with A d = -(tau + w x

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A controller that replays a log of commands, row by row.
+/// A controller that replays a log of commands (EffortLog), row by row.
 
 #include <memory>
 #include <string>
@@ -10,16 +10,6 @@
 #include "grapnel/simulate/controller.hpp"
 
 namespace grapnel {
-
-/// Logged efforts, and commands of the base's actuators; each row is held until the time of the next.
-struct EffortLog {
-  std::vector<double> times;                 // [s], of the scenario; the first is 0, increasing
-  std::vector<std::vector<double>> efforts;  // per joint of the robot, per time [N m or N]
-  std::vector<Vector3d> base_torque;         // per time, on the base in its axes [N m]; empty: none
-  /// Per actuator of the base, in the robot's order, per time, as in ActuatorCommands; empty: no commands of this kind.
-  std::vector<std::vector<double>> wheel_torque = {}, gimbal_rate = {}, thruster = {};
-  bool commands_actuators() const { return !wheel_torque.empty() || !gimbal_rate.empty() || !thruster.empty(); }
-};
 
 /// Returns the last row whose time has been reached, within a millionth of a period; after the end the last row. Thread
 /// safety: as Controller.

@@ -8,20 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/spatial/vector3.hpp"
+#include "grapnel/simulate/control_setup.hpp"
 
 namespace grapnel {
 
-/// A thruster on a body. It pushes the body along its direction.
-struct Thruster {
-  Vector3d position = Vector3d::zero();      // point of its force, in the body's frame [m]
-  Vector3d direction{1, 0, 0};               // unit, of its force, in the body's frame, as known to the controller
-  Vector3d misalignment = Vector3d::zero();  // rotation vector from it to the true direction [rad]
-  double force = 0;                          // [N]
-  double specific_impulse = 0;               // of its propellant [s]
-  double min_on_time = 0;                    // [s]
-  double rise = 0, fall = 0;                 // of its force, from zero to full and back, linear [s]
-};
 /// Standard gravity, which relates specific impulses in seconds to exhaust velocities [m/s^2].
 inline constexpr double kStandardGravity = 9.80665;
 /// The true direction of thrust, in the body's frame.

@@ -12,24 +12,6 @@
 
 namespace grapnel {
 
-/// How thrusters realize a commanded torque.
-struct ThrusterModulation {
-  /// pulse_width: in each period of the control clock, each fires for the time that gives the commanded mean. schmitt:
-  /// each is on or off, with hysteresis.
-  enum class Kind { pulse_width, schmitt };
-  Kind kind = Kind::pulse_width;
-  /// Fractions of the minimum on-time (pulse_width) or of the force (schmitt): a thruster switches on if its command is
-  /// at least level_on, off if it is at most level_off, and keeps its state between them.
-  double level_on = 0.75, level_off = 0.25;
-};
-
-/// Settings of the thrusters that dump the wheels' momentum.
-struct MomentumDumping {
-  double above = 0;   // magnitude of the wheels' momentum at which dumping begins [N m s],
-  double below = 0;   // and ends
-  double torque = 0;  // mean over a period [N m]
-};
-
 class ThrusterBank {
  public:
   /// @throws std::invalid_argument if a direction is not a unit vector, a force or specific impulse is not positive, or

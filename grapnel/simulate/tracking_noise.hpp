@@ -6,18 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "grapnel/simulate/control_setup.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
-
-/// The sensor of a joint reads theta + n(t), and its rate theta_dot + n'(t). n is a sum of kTones cosines of equal
-/// amplitude with random frequencies in (0, bandwidth] and random phases: nearly Gaussian, stationary, with standard
-/// deviation `position`. It is smooth, so that an integrator keeps its order, and reproducible to the bit.
-struct TrackingNoise {
-  double position = 0;     // standard deviation [rad or m]; 0: no noise
-  double bandwidth = 5;    // [Hz]
-  std::uint64_t seed = 0;  // determines n(t), together with the joint's number
-};
 
 /// n(t) of one joint.
 class NoiseSignal {

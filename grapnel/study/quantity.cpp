@@ -7,11 +7,11 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/target_motion.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/message_text.hpp"
 

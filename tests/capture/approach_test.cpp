@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 

@@ -197,7 +197,7 @@ TEST(BaseControl, IncludedInPlanOrFailureReported) {
 
 // --- Loads ----------------------------------------------------------------------------------------------------------
 
-LoadSetup load(const std::string& body, const Vector3d& point, const Wrenchd& amplitude, LoadProfile::Shape shape,
+LoadSetup load(const BodyName& body, const Vector3d& point, const Wrenchd& amplitude, LoadProfile::Shape shape,
                double start, double end) {
   LoadSetup l;
   l.body = body, l.p_BP = point, l.amplitude = amplitude;
@@ -222,7 +222,7 @@ TEST(Loads, ImpulseIsTheirIntegralInAllPhases) {
   const Vector3d f1{0.3, -0.1, 0.05}, f2{-0.4, 0.2, 0.1}, f3{0.2, 0.3, -0.1};
   p.loads = {load("arm-1-link-2", {0.4, 0.1, 0}, {{0, 0, 0}, f1}, LoadProfile::Shape::constant, 2, 14),
              load("base", {0, 0, 0}, {{0, 0, 0.2}, f2}, LoadProfile::Shape::half_sine, 3, 9.5),
-             load("target:target-1", {0.2, 0, 0.1}, {{0, 0, 0}, f3}, LoadProfile::Shape::half_sine, 8, 13)};
+             load(BodyName::of_target(0), {0.2, 0, 0.1}, {{0, 0, 0}, f3}, LoadProfile::Shape::half_sine, 8, 13)};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);
@@ -345,10 +345,10 @@ TEST(Loads, PointOfApplicationOnCapturedTarget) {
     p.output_interval = 0.01;
     const Vector3d f{0.3, -0.2, 0.4}, point{0.3, -0.4, 0.2};
     CaptureProblem q = p;  // the same wrench about another point of the body
-    p.loads = {load("target:target-1", point, {{0, 0, 0}, f}, LoadProfile::Shape::constant, 5.5, 10)};
+    p.loads = {load(BodyName::of_target(0), point, {{0, 0, 0}, f}, LoadProfile::Shape::constant, 5.5, 10)};
     const Vector3d elsewhere{-0.5, 0.1, 0.7};
-    q.loads = {
-        load("target:target-1", elsewhere, {cross(point - elsewhere, f), f}, LoadProfile::Shape::constant, 5.5, 10)};
+    q.loads = {load(BodyName::of_target(0), elsewhere, {cross(point - elsewhere, f), f}, LoadProfile::Shape::constant,
+                    5.5, 10)};
     p.loads[0].frame = q.loads[0].frame = LoadFrame::body;
     const CaptureResult a = simulate_capture(p), b = simulate_capture(q);
     ASSERT_EQ(a.status, CaptureStatus::completed) << a.failure;

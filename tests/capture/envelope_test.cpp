@@ -264,7 +264,7 @@ TEST(Clearance, CapturedTargetFromLinkBeforeEndEffector) {
         EXPECT_THAT((std::vector{found->body_a, found->body_b}),
                     ::testing::UnorderedElementsAre("arm-1-link-2", "target-1"));
       }
-      p.clearance.ignore = {{"arm-1-link-2", "target:target-1"}};
+      p.clearance.ignore = {{"arm-1-link-2", BodyName::of_target(0)}};
       const CaptureResult ignored = simulate_capture(p);
       EXPECT_TRUE(ignored.clearance.empty());
       EXPECT_FALSE(row(ignored, "clearance_violation").applies);

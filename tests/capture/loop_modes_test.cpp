@@ -15,7 +15,7 @@ namespace loop_modes_test {
 using Joints = PostImpactSetup::Joints;
 using enum GraspModel;
 
-LoadSetup push(const std::string& body, const Wrenchd& amplitude) {
+LoadSetup push(const BodyName& body, const Wrenchd& amplitude) {
   LoadSetup load;
   load.body = body;
   load.p_BP = {0.1, -0.2, 0.1};
@@ -245,7 +245,8 @@ TEST(LoopsOnAllBases, LedgerPasses) {
         p.post_impact->joints = joints;
         if (loaded) {
           p.gravity = {0.1, 0.2, -0.3};
-          p.loads = {push("target:target0", {{0.5, 1, -2}, {3, -4, 5}}), push("arm1-link2", {{0, 0, 1}, {2, 2, 0}})};
+          p.loads = {push(BodyName::of_target(0), {{0.5, 1, -2}, {3, -4, 5}}),
+                     push("arm1-link2", {{0, 0, 1}, {2, 2, 0}})};
         }
         const CaptureResult r = simulate_capture(p);
         expect_passes(r);

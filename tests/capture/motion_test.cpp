@@ -11,6 +11,7 @@
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"

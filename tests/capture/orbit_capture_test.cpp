@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "capture/recorded.hpp"
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

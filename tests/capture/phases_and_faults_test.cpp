@@ -156,7 +156,7 @@ TEST(Failure, NamesTarget) {
   p.targets[1].inertia = Symmetric3d::diagonal(1, 1.5, 2);
   p.targets[0].V_WT = Twistd::zero();
   LoadSetup push;  // a loaded target is integrated with the run's settings
-  push.body = target_body_name(p.targets[1].name);
+  push.body = BodyName::of_target(1);
   push.amplitude.linear = {1, 0, 0};
   p.loads.push_back(push);
   const CaptureResult r = simulate_capture(p);

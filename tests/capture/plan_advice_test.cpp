@@ -57,6 +57,32 @@ TEST(PlansBesidePanels, PanelPositions) {
   EXPECT_THAT(failure, HasSubstr(p.targets[0].name + "/wing ~1.é"));
 }
 
+// Names of a robot's bodies and end-effectors may begin like those of targets in a model.
+TEST(BodyNames, LinkWithPrefixOfTargets) {
+  CaptureProblem p = scenario("dual-arm-tumbling-targets.yaml");
+  RobotSetup& robot = p.robot;
+  EndEffectorSetup& tip = robot.end_effectors[0];
+  const std::string before = tip.body;
+  tip.name = p.grasps[0].end_effector = tip.body = "target:";
+  ASSERT_GT(norm(tip.X_BE.p), 0);
+  for (BodyDescription& body : robot.bodies) {
+    if (body.name == before) body.name = tip.body;
+    if (body.parent == before) body.parent = tip.body;
+  }
+  for (auto& [body, shape] : robot.geometry) {
+    if (body == before) body = tip.body;
+  }
+  const CaptureSystem system = make_capture_system(p);
+  const int body = body_named(system, tip.body);
+  ASSERT_GE(body, 0);
+  EXPECT_EQ(shown_name(system, body), "target:");
+  EXPECT_EQ(norm(own_frame(system, body).p), 0);
+  const int target = body_named(system, BodyName::of_target(1));
+  EXPECT_EQ(target, target_body_index(system, 1));
+  EXPECT_EQ(shown_name(system, target), p.targets[1].name);
+  EXPECT_EQ(body_named(system, p.targets[1].name), -1);
+}
+
 // Bodies keep their addresses when targets are joined to the arms, for any order of bodies in the models.
 TEST(BodyAddresses, IdenticalInEveryModel) {
   const CaptureProblem p = scenario("dual-arm-satellite-panels.yaml");

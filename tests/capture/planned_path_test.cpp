@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "capture/recorded.hpp"
-#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/problem/target_motion.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
 

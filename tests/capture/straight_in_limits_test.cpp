@@ -258,10 +258,10 @@ struct Outside {
 };
 
 std::vector<Outside> outside() {
-  const auto load = [](const std::string& body, const Wrenchd& amplitude) {
+  const auto load = [](const BodyName& body, const Wrenchd& amplitude) {
     return [body, amplitude](CaptureProblem& p) {
       LoadSetup setup;
-      setup.body = body == "base" ? p.robot.base : body;
+      setup.body = body == "base" ? BodyName(p.robot.base) : body;
       setup.amplitude = amplitude;
       p.loads.push_back(setup);
     };
@@ -274,7 +274,7 @@ std::vector<Outside> outside() {
     };
   };
   return {{"a load on the servicer", 1e-3, 1e-9, load("base", {{0.02, 0, 0.05}, {0, 0.05, 0}})},
-          {"a load on a target", 1e-3, 1e-9, load(target_body_name("bus"), {{0, 0, 0.004}, {0.01, 0, 0}})},
+          {"a load on a target", 1e-3, 1e-9, load(BodyName::of_target(0), {{0, 0, 0.004}, {0.01, 0, 0}})},
           {"a push in the piece", 1e-5, 1e-9,
            [&](CaptureProblem& p) {
              load("base", {{5, 3, 4}, {20, 10, 30}})(p);
@@ -326,7 +326,7 @@ TEST(StraightInSimulated, ArrivesInRequiredPose) {
   const auto in_the_plane = [](CaptureProblem& p, const Outside& one) {
     one.change(p);
     for (LoadSetup& load : p.loads) {
-      if (load.body != p.robot.base) load.body = target_body_name("debris");
+      if (load.body != p.robot.base) load.body = BodyName::of_target(0);
       constexpr double kLighter = 0.1;  // mass ratio to the robot of the original loads
       const Wrenchd& F = load.amplitude;
       load.amplitude = {{0, 0, kLighter * F.angular[2]}, {kLighter * F.linear[0], kLighter * F.linear[1], 0}};

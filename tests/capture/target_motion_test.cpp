@@ -1,6 +1,6 @@
 /// Free targets: closed-form propagate_target() against the general integration.
 
-#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/problem/target_motion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,6 @@ double difference(const TargetMotion& a, const TargetMotion& b) {
 TEST(TargetMotion, FreeMotionMatchesIntegration) {
   const Vector3d gravity{0.01, -0.02, 0.005};
   LoadSetup nothing;  // a load of zero force selects the general integration
-  nothing.body = target_body_name("tumbler");
   IntegrationSetup tight;
   tight.relative_tolerance = 1e-13, tight.absolute_tolerance = 1e-14;
   for (const double until : {20.0, -20.0, 0.01}) {

@@ -289,7 +289,7 @@ TEST(FinalStraightApproach, UnderGravityWithHeldBaseAndAfterAWaypoint) {
 TEST(FinalStraightApproach, StraightToLoadedTargetOrReportsDeviation) {
   CaptureProblem p = straight(GraspSetup::Orientation::free);
   LoadSetup load;
-  load.body = "target:target-1";
+  load.body = BodyName::of_target(0);
   load.amplitude = {{0, 0, 0.004}, {0.02, 0, 0}};
   p.loads = {load};
   const CaptureResult r = simulate_capture(p);

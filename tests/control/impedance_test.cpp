@@ -207,7 +207,7 @@ TEST(Impedance, TransposeLawActsAsASpring) {
   const Model model = arm_with_target({.joints = 7});
   const State start = moving_state(model, 0);
   ImpedanceLaw law = gains();
-  law.transpose = true, law.null_rate = 0;
+  law.law = ImpedanceGains::Law::transpose, law.null_rate = 0;
   law.damping = law.angular_damping = Vector3d::zero();
   const auto impedance = law_of(model, start, law, {0.2, -0.1, 0.15}, Vector3d::zero());
   const auto energy_of = [&](const State& s) {

@@ -95,6 +95,16 @@ TEST(FlexibleRobot, PreservesPlacesOfAttachments) {
   EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("base")].description), "base");
 }
 
+TEST(FlexibleRobot, LinkNamedLikePiece) {
+  RobotSetup robot = with_link();
+  robot.bodies[1].name = robot.bodies[2].parent = robot.end_effectors[0].body = "arm:1";
+  robot.geometry.clear();
+  const Model model = model_of(robot);
+  EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("arm:1")].description), "arm:1");
+  EXPECT_EQ(link_of_piece(model.bodies()[model.body_index("arm:1:1")].description), "arm:1");
+  EXPECT_THAT(pieces_of(model, "arm:1"), ::testing::SizeIs(7));
+}
+
 TEST(FlexibleRobot, WithoutFlexiblePartsEqualsTheRobot) {
   RobotSetup robot = with_link();
   EXPECT_TRUE(is_flexible(robot));

@@ -32,7 +32,7 @@ TEST(LoadApproach, DefaultsAreThoseOfThePlainStructs) {
   EXPECT_EQ(a.tracking.noise->bandwidth, TrackingNoise{}.bandwidth);
   EXPECT_EQ(a.tracking.noise->seed, TrackingNoise{}.seed);
   EXPECT_THAT(list(a.base_control->limit),
-              ElementsAre(AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone));
+              ElementsAre(BaseControlSetup::kNone, BaseControlSetup::kNone, BaseControlSetup::kNone));
   EXPECT_FALSE(a.base_control->R_WD);
   EXPECT_EQ(a.capture_at, ApproachSetup{}.capture_at);
   EXPECT_TRUE(a.waypoints.empty());
@@ -215,7 +215,7 @@ TEST(LoadLoads, WrenchesOrderedAngularThenLinear) {
   EXPECT_EQ(half.profile.start, 1);
   EXPECT_EQ(half.profile.end, 3);
   const LoadSetup& sine = p.loads[1];
-  EXPECT_EQ(sine.body, "target:ball");
+  EXPECT_EQ(sine.body, BodyName::of_target(0));
   EXPECT_EQ(sine.frame, LoadFrame::world);
   EXPECT_EQ(sine.profile.shape, LoadProfile::Shape::sine);
   EXPECT_EQ(sine.profile.frequency, 2);
@@ -282,8 +282,8 @@ TEST(LoadLoads, ClearanceNamesBodiesOfTheModel) {
       load({with_top("clearance: {enabled: false, required: 0.05, ignore: [[base, upper], [ball, lower]]}")});
   EXPECT_FALSE(p.clearance.enabled);
   EXPECT_EQ(p.clearance.required, 0.05);
-  using Pair = std::pair<std::string, std::string>;
-  EXPECT_THAT(p.clearance.ignore, ElementsAre(Pair("base", "upper"), Pair("target:ball", "lower")));
+  using Pair = std::pair<BodyName, BodyName>;
+  EXPECT_THAT(p.clearance.ignore, ElementsAre(Pair("base", "upper"), Pair(BodyName::of_target(0), "lower")));
   EXPECT_TRUE(load({with_top("clearance: {enabled: True}")}).clearance.enabled);
 
   // A link has priority over a target with the same name.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

@@ -1,15 +1,14 @@
 #pragma once
 
 /// @file
-/// Target motion at the start and at the capture, and the resulting goals of a plan.
+/// Target motion at the start and at the capture.
 
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/straight_in.hpp"
-#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 
@@ -19,9 +18,9 @@ struct TargetMotion {
   Twistd V_WT;
 };
 
-/// Propagates a target from t0 to t1 under gravity, its loads (2.13) and the field of an orbit. Without loads and orbit
-/// the result is exact to rounding error, otherwise to the tolerances of `integration`. @throws std::runtime_error if
-/// the integration fails. `each_step` may throw to end it.
+/// Propagates a target from t0 to t1 under gravity, loads on it (2.13) and the field of an orbit. Without loads and
+/// orbit the result is exact to rounding error, otherwise to the tolerances of `integration`. @throws
+/// std::runtime_error if the integration fails. `each_step` may throw to end it.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
                               std::span<const LoadSetup> loads = {},
@@ -37,17 +36,5 @@ struct TargetPlan {
   std::vector<TargetMotion> capture;
 };
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step = {});
-
-// Converts a problem's grasps to planning goals.
-
-/// One goal per grasp: its end-effector at its grasp point, for the target motion at the capture. `model` is the
-/// servicer's.
-std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets);
-
-/// Likewise for the final straight approach; StraightGoal::target indexes CaptureProblem::targets.
-std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Model& model);
-
-/// The demand on the final rates of an approach.
-RateDemand rate_demand(const ApproachSetup& approach);
 
 }  // namespace grapnel

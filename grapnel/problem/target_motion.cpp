@@ -1,14 +1,13 @@
-#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/problem/target_motion.hpp"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
 #include "grapnel/integrate/integrate.hpp"
-#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -65,13 +64,12 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
                               std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step,
                               const std::optional<OrbitSetup>& orbit) {
   if (t0 == t1) return at_t0;
-  const std::string body = target_body_name(target.name);
-  if (!orbit && std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
-    return propagate_freely(target, at_t0, t0, t1, gravity);
+  if (!orbit && loads.empty()) return propagate_freely(target, at_t0, t0, t1, gravity);
   const Model model = ModelBuilder().add(target_body(target)).build();
   PhaseSetup setup;
   setup.gravity = gravity;
-  setup.loads = loads_on(model, loads);
+  for (const LoadSetup& load : loads)
+    setup.loads.push_back({0, load.p_BP, load.frame, load.amplitude, load.profile, load.stream});
   if (orbit) setup.orbit = reference_orbit(*orbit);
   PhaseDynamics dynamics(model, setup);
   State state = zero_state(model);
@@ -87,8 +85,11 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
 
 TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
                               double t0, double t1, const std::function<void(double t)>& each_step) {
-  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, problem.loads, each_step,
-                          problem.orbit);
+  std::vector<LoadSetup> loads;
+  const BodyName itself = BodyName::of_target(target_index(problem, target.name));
+  std::copy_if(problem.loads.begin(), problem.loads.end(), std::back_inserter(loads),
+               [&](const LoadSetup& load) { return load.body == itself; });
+  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, loads, each_step, problem.orbit);
 }
 
 // Problem => motion of each target at the start and at the capture; the instant that is not stated is propagated from
@@ -106,76 +107,6 @@ TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(
     plan.capture.push_back(at_start ? propagate(0, T) : given);
   }
   return plan;
-}
-
-namespace {
-
-Goal::Orientation orientation_of(const GraspSetup& grasp) {
-  return grasp.orientation == GraspSetup::Orientation::axis   ? Goal::Orientation::axis
-         : grasp.orientation == GraspSetup::Orientation::pose ? Goal::Orientation::pose
-                                                              : Goal::Orientation::free;
-}
-
-// Used only for orientation by axis, which requires it.
-Vector3d approach_axis(const CaptureProblem& problem, const GraspSetup& grasp) {
-  return end_effector_of(problem, grasp).approach_axis.value_or(Vector3d{1, 0, 0});
-}
-
-}  // namespace
-
-// Grasps and targets at the capture => goals: pose and twist of each grasp point in W plus the demanded relative twist,
-// direction, and half of the capture envelope as accepted errors.
-std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets) {
-  std::vector<Goal> goals;
-  for (const GraspSetup& grasp : problem.grasps) {
-    const GraspPoint& point = grasp_point_of(problem, grasp);
-    const TargetMotion& at = targets.capture[target_index(problem, grasp.target)];
-    Goal g;
-    g.frame = model.frame_index(grasp.end_effector);
-    g.name = grasp.end_effector, g.target = grasp.target, g.point = grasp.grasp_point;
-    g.X_WG = at.X_WT * point.X_TG;
-    g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
-    g.V_WG += Twistd{grasp.relative_angular_velocity, grasp.relative_velocity};
-    g.orientation = orientation_of(grasp);
-    if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
-    g.axis_E = approach_axis(problem, grasp);
-    // Half of the gripper's envelope is reserved for control errors.
-    if (const auto& envelope = end_effector_of(problem, grasp).envelope) {
-      g.accepted_distance = std::isfinite(envelope->position) ? 0.5 * envelope->position : 0;
-      g.accepted_angle = std::isfinite(envelope->angle) ? 0.5 * envelope->angle : 0;
-    }
-    goals.push_back(g);
-  }
-  return goals;
-}
-
-std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Model& model) {
-  std::vector<StraightGoal> goals;
-  for (const GraspSetup& grasp : problem.grasps) {
-    const GraspPoint& point = grasp_point_of(problem, grasp);
-    goals.push_back({model.frame_index(grasp.end_effector), grasp.end_effector,
-                     static_cast<int>(target_index(problem, grasp.target)), point.X_TG,
-                     point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
-                     approach_axis(problem, grasp), grasp.target, grasp.grasp_point,
-                     problem.approach->straight_in->roll == StraightIn::Roll::matched});
-  }
-  return goals;
-}
-
-// Approach settings => demand of (6.2): stated rates first, then approach.match; without either, twist for a search and
-// given (zero) rates for stated joints.
-RateDemand rate_demand(const ApproachSetup& approach) {
-  if (approach.final_rates) return RateDemand::given;
-  if (!approach.match) return approach.plan ? RateDemand::twist : RateDemand::given;
-  switch (*approach.match) {
-    case RateMatch::velocity:
-      return RateDemand::velocity;
-    case RateMatch::twist:
-      return RateDemand::twist;
-    case RateMatch::velocity_least_rates:
-      break;
-  }
-  return RateDemand::linear;
 }
 
 }  // namespace grapnel

@@ -1,0 +1,12 @@
+#pragma once
+
+/// @file
+/// Kinds of grasp.
+
+namespace grapnel {
+
+/// rigid: 6 rows, the relative pose at contact is fixed. hinge: 5 rows, rotation about an axis of the end-effector is
+/// free. point: 3 rows, rotation is free.
+enum class GraspModel { rigid, hinge, point };
+
+}  // namespace grapnel
