@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
 
 namespace grapnel {
 

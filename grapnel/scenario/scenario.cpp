@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "grapnel/fmi/fmu_controller.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/fmu_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/imported_robot.hpp"

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "arrays.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 namespace grapnel::python {
 namespace {

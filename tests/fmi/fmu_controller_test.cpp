@@ -15,7 +15,7 @@
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/control/fmu.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
 

@@ -9,9 +9,9 @@
 #include <functional>
 #include <memory>
 
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "support/random_robot.hpp"
 

@@ -1,4 +1,4 @@
-#include "grapnel/fmi/fmu_controller.hpp"
+#include "grapnel/control/fmu_controller.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "grapnel/fmi/fmu_instance.hpp"
-#include "grapnel/fmi/fmu_wiring.hpp"
+#include "grapnel/control/fmu_instance.hpp"
+#include "grapnel/control/fmu_wiring.hpp"
 
 namespace grapnel::fmi {
 namespace {

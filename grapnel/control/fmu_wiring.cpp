@@ -1,4 +1,4 @@
-#include "grapnel/fmi/fmu_wiring.hpp"
+#include "grapnel/control/fmu_wiring.hpp"
 
 #include <fmt/format.h>
 

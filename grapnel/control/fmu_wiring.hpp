@@ -7,8 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "grapnel/fmi/fmi_functions.hpp"
-#include "grapnel/fmi/fmu_controller.hpp"
+#include "grapnel/control/fmi_functions.hpp"
+#include "grapnel/control/fmu_controller.hpp"
 #include "grapnel/plugin/grapnel_controller.h"
 
 namespace grapnel::fmi {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/fmi/fmu.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/fmu.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/simulate/controller_source.hpp"
 
 namespace grapnel::fmi {

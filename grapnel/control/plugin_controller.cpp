@@ -1,4 +1,4 @@
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "grapnel/control/guarded_call.hpp"
+#include "grapnel/control/plugin_ends.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
-#include "grapnel/plugin/guarded_call.hpp"
-#include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
