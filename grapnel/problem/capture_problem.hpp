@@ -246,8 +246,7 @@ struct ControlSetup {
   /// Instead of a plugin, a log of joint efforts to be replayed; null: none. Its rows are at multiples of the period.
   std::shared_ptr<const EffortLog> log = {};
   bool base_torque = false;  // controller or log also commands the torque on a free base, while it drives the joints
-  /// Instead of that, a controller of the program (`external`) commands every wheel's torque, every gimbal's rate and
-  /// every thruster's valve.
+  /// Instead of that, the controller commands every wheel's torque, every gimbal's rate and every thruster's valve.
   bool base_actuators = false;
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
