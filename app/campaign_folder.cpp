@@ -13,7 +13,7 @@
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
-#include "grapnel/plugin/plugin_ends.hpp"
+#include "grapnel/control/plugin_ends.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "commands.hpp"
-#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/control/fmu_archive.hpp"
 #include "grapnel/plant/model_description_text.hpp"
 #include "grapnel/plant/plant_package.hpp"
 #include "grapnel/plant/plant_problem.hpp"

@@ -18,7 +18,7 @@
 #include <new>
 
 #include "commands.hpp"
-#include "grapnel/plugin/plugin_crash.hpp"
+#include "grapnel/control/plugin_crash.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

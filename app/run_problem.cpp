@@ -12,7 +12,7 @@
 #include "commands.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/plugin/plugin_ends.hpp"
+#include "grapnel/control/plugin_ends.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "grapnel/result/result_documents.hpp"

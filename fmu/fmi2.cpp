@@ -5,7 +5,7 @@
 #include <string>
 
 #include "exported.hpp"
-#include "grapnel/fmi/fmi_functions.hpp"
+#include "grapnel/control/fmi_functions.hpp"
 #include "plant_instance.hpp"
 
 namespace {

@@ -1,19 +1,12 @@
-// An exported plant is commanded from outside, so its library cannot load FMUs as controllers. The reader of scenarios
-// calls these functions only if a scenario names an FMU, which an exported one never does.
-#include "grapnel/fmi/fmu_controller.hpp"
+// An exported plant is commanded from outside and carries no library for ZIP archives. The reader of scenarios unpacks
+// an FMU only if a scenario names one, which an exported one never does.
+#include "grapnel/control/fmu_archive.hpp"
+#include "grapnel/control/fmu_description.hpp"
 
 namespace grapnel::fmi {
 
-FmuControllers::FmuControllers(const std::string&, const std::string& shown, std::string, std::string) {
-  throw FmuError("the FMU '" + shown + "' cannot be a controller within an exported plant");
-}
-std::vector<FmuMisfit> FmuControllers::misfits(const std::vector<std::string>&, const std::string&, bool,
-                                               double) const {
-  return {};
-}
-std::shared_ptr<Controller> FmuControllers::make(const ControlTiming&, const std::string&, ControlledRobot,
-                                                 const Model&) const {
-  throw ControllerError("an FMU cannot be a controller within an exported plant");
+void unpack_archive(const std::filesystem::path&, const std::filesystem::path&) {
+  throw FmuError("it cannot be a controller within an exported plant");
 }
 
 }  // namespace grapnel::fmi

@@ -177,7 +177,7 @@ void PlantInstance::need_run() {
 }
 
 void PlantInstance::take_outputs() {
-  const std::vector<double> numbers = parts_->run->outputs().numbers();
+  const std::vector<double> numbers = parts_->run->outputs().numbers(variables_.robot);
   if (numbers.size() != variables_.outputs) throw std::logic_error("the plant's outputs differ from its description");
   std::copy(numbers.begin(), numbers.end(), values_.begin() + static_cast<std::ptrdiff_t>(variables_.first_output()));
   last_time_ = parts_->run->time();

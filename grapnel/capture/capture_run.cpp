@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
@@ -106,15 +106,11 @@ std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
     for (std::size_t j = 0; j < size(); ++j) names.push_back(joint_body(bodies.free, j).description.joint.name);
     return controller_ = std::make_shared<ReplayController>(control.log, std::move(names), control.timing.period);
   }
-  ControlledRobot robot;
+  ControlledRobot robot = controlled_parts(problem_);
   robot.base = bodies.free.model.bodies()[bodies.free.base].description.name;
   for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.free, j).description.joint.name);
-  for (const EndEffectorSetup& effector : problem_.robot.end_effectors) robot.end_effectors.push_back(effector.name);
-  for (const int wheel : bodies.free.wheels)
-    robot.wheels.push_back(bodies.free.model.bodies()[bodies.free.model.joints()[wheel]].description.joint.name);
   robot.gravity = problem_.gravity;
   robot.origin = frame_.origin, robot.velocity = frame_.velocity;
-  robot.commands_base = control.base_torque;
   if (control.source)
     return controller_ = control.source->make(control.timing, control.parameters, std::move(robot), bodies.free.model);
   controller_ = std::make_shared<PluginController>(open_plugin(control.file, control.plugin), control.timing,

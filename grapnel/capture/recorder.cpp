@@ -131,7 +131,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   }
   controls_base_ = (problem.approach && problem.approach->base_control) ||
                    problem.post_impact.any([](const PostImpactSetup& p) { return p.base_control.has_value(); }) ||
-                   (problem.control && (problem.control->base_torque ||
+                   (problem.control && (problem.control->base_torque || problem.control->base_actuators ||
                                         (problem.control->log && problem.control->log->commands_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   if (!system.wheels.empty()) {

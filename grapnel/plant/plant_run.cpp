@@ -39,74 +39,51 @@ double row_of(const Ledger& ledger, const std::string& name) {
 // The controller of the run: passes its inputs to the caller and applies the caller's commands.
 class PlantRun::CommandedController final : public Controller {
  public:
-  CommandedController(PlantRun& run, ControlledRobot robot) : run_(run), robot_(std::move(robot)) {}
+  CommandedController(PlantRun& run, ControlledRobot robot)
+      : run_(run), sample_(std::move(robot)), command_(sample_.robot()) {}
 
   void begin_segment(const Model& model, double) override {
-    base_ = model.body_index(robot_.base);
-    joints_.clear(), wheels_.clear(), frames_.clear();
-    for (const std::string& name : robot_.joints) joints_.push_back(joint_named(model, name));
-    for (const std::string& name : robot_.wheels)
-      wheels_.push_back(model.bodies()[model.joints()[joint_named(model, name)]].v);
-    gimbals_.clear();
-    for (const MomentGyroSetup& gyro : run_.plant_.robot.gyros)
-      gimbals_.push_back(model.joints()[joint_named(model, gimbal_body_name(gyro.name))]);
-    for (const TargetSetup& target : run_.plant_.targets)
-      frames_.push_back(model.frame_index(target_body_name(target.name)));
-    ++segment_;
+    sample_.begin_segment(model);
+    frames_.clear();
+    for (const ControlledRobot::Part& target : sample_.robot().targets)
+      frames_.push_back(model.frame_index(target.in_model));
   }
 
   void update(const ControlInput& input, ControlCommand& command) override {
-    run_.arrive(seen(input), input.time, commands_);
+    sample_.read(input);
+    run_.arrive(seen(input), input.time, inputs_);
     std::size_t next = 0;
-    for (const std::size_t joint : joints_) command.effort[joint] = commands_.at(next++);
-    if (run_.variables_.base_torque) {
-      for (int k = 0; k < 3; ++k) command.base_torque[k] = commands_.at(next++);
+    for (std::size_t c = 0; c < kCommandSignals; ++c) {
+      if (!is_commanded(command_signals[c], sample_.robot())) continue;
+      const bool is_flag = command_signals[c].about.kind == ControllerSignal::Kind::flag;
+      for (double& value : command_[c]) {
+        value = inputs_.at(next++);
+        if (is_flag) value = value != 0 ? 1 : 0;
+      }
     }
-    if (!run_.plant_.control->base_actuators) return;
-    const auto take = [&](std::size_t count) {
-      next += count;
-      return std::vector<double>(commands_.begin() + static_cast<std::ptrdiff_t>(next - count),
-                                 commands_.begin() + static_cast<std::ptrdiff_t>(next));
-    };
-    command.actuators.wheel_torque = take(wheels_.size());
-    command.actuators.gimbal_rate = take(gimbals_.size());
-    command.actuators.thruster = take(run_.plant_.robot.thrusters.size());
-    for (double& open : command.actuators.thruster) open = open != 0 ? 1 : 0;
+    command_.apply(sample_.robot(), sample_.joints(), command);
   }
 
  private:
   PlantOutputs seen(const ControlInput& input) const {
     PlantOutputs out;
-    out.phase = run_.phase_, out.piece = segment_;
-    for (const std::size_t joint : joints_) {
-      const JointPoint &sensed = input.sensed[joint], &desired = input.reference[joint];
-      out.joints.push_back({sensed.position, sensed.rate, desired.position, desired.rate, desired.acceleration});
-    }
-    const Vector3d place = robot_.origin + input.time * robot_.velocity;
-    out.base = motion_of(root_pose(input.model, input.state, base_), root_twist(input.model, input.state, base_), place,
-                         robot_.velocity);
-    for (const int v : wheels_) out.wheel_rates.push_back(input.state.v[v]);
-    for (const int body : gimbals_) {
-      const Body& gimbal = input.model.bodies()[body];
-      out.gimbals.push_back({input.state.q[gimbal.q], input.state.v[gimbal.v]});
-    }
+    out.phase = run_.phase_;
+    out.signals = sample_.values();
+    const ControlledRobot& robot = sample_.robot();
+    const Vector3d place = robot.origin + input.time * robot.velocity;
     const Kinematics kinematics = forward_kinematics(input.model, input.state);
-    for (const int frame : frames_) {
+    for (const int frame : frames_)
       out.targets.push_back(motion_of(frame_pose(input.model, kinematics, frame),
-                                      frame_twist(input.model, kinematics, frame), place, robot_.velocity));
-      out.held.push_back(input.model.bodies()[input.model.frames()[frame].body].root == base_);
-    }
+                                      frame_twist(input.model, kinematics, frame), place, robot.velocity));
     out.end.captured.assign(run_.plant_.grasps.size(), 0);
     return out;
   }
 
   PlantRun& run_;
-  const ControlledRobot robot_;
-  int base_ = -1, segment_ = -1;
-  std::vector<std::size_t> joints_;  // positions in Model::joints()
-  std::vector<int> wheels_, frames_;
-  std::vector<int> gimbals_;  // bodies
-  std::vector<double> commands_;
+  ControllerSample sample_;
+  ControllerCommand command_;
+  std::vector<int> frames_;  // of targets
+  std::vector<double> inputs_;
 };
 
 class PlantRun::Source final : public ControllerSource {
@@ -191,22 +168,26 @@ void PlantRun::conclude(const CaptureResult& result) {
   const std::optional<PhaseEnd>& end = result.post_impact_end ? result.post_impact_end : result.approach_end;
   if (end) {
     event_time_ = end->time;
-    out.joints.resize(end->joints.position.size());
-    for (std::size_t j = 0; j < out.joints.size(); ++j)
-      out.joints[j].position = end->joints.position[j], out.joints[j].rate = end->joints.velocity[j];
-    out.base = motion_of(end->base);
+    out["position"] = end->joints.position, out["rate"] = end->joints.velocity;
+    const PlantOutputs::Motion base = motion_of(end->base);
+    const Quaterniond& q = base.quaternion_wxyz;
+    const auto set = [&](const char* signal, const Vector3d& x) { out[signal] = {x[0], x[1], x[2]}; };
+    set("base_position", base.position), set("base_velocity", base.velocity);
+    set("base_angular_velocity", base.angular_velocity);
+    out["base_quaternion_wxyz"] = {q.w, q.x, q.y, q.z};
     out.targets.clear();
     for (const BodyMotion& target : end->targets) out.targets.push_back(motion_of(target));
   }
-  for (std::size_t w = 0; w < std::min(out.wheel_rates.size(), result.wheels.size()); ++w)
-    out.wheel_rates[w] = result.wheels[w].rate_after;
-  for (std::size_t g = 0; result.gyros && g < std::min(out.gimbals.size(), result.gyros->each.size()); ++g)
-    out.gimbals[g].angle = result.gyros->each[g].angle_after;
-  out.held.assign(plant_.targets.size(), 0);
+  std::vector<double>&wheels = out["wheel_rate"], &angles = out["gimbal_angle"], &held = out["target_held"];
+  for (std::size_t w = 0; w < std::min(wheels.size(), result.wheels.size()); ++w)
+    wheels[w] = result.wheels[w].rate_after;
+  for (std::size_t g = 0; result.gyros && g < std::min(angles.size(), result.gyros->each.size()); ++g)
+    angles[g] = result.gyros->each[g].angle_after;
+  held.assign(plant_.targets.size(), 0);
   out.end = {};
   for (const GraspOutcome& grasp : result.grasps) {
     out.end.captured.push_back(grasp.captured);
-    if (plant_.impact && grasp.captured && !grasp.released) out.held[target_index(plant_, grasp.target)] = 1;
+    if (plant_.impact && grasp.captured && !grasp.released) held[target_index(plant_, grasp.target)] = 1;
   }
   out.end.captured.resize(plant_.grasps.size());
   out.end.ended = out.end.completed = true;
@@ -242,7 +223,7 @@ void PlantRun::take_events(double until) {
   const std::lock_guard lock(mutex_);
   if (at_ == At::end && !failure_.empty()) throw PlantError(failure_);
   // Before the first sample, as in a compliant impact at t = 0, the first sample is shown.
-  if (outputs_.joints.empty() || event_time_ <= until + kSame * period()) outputs_ = event_outputs_;
+  if (outputs_["time"].empty() || event_time_ <= until + kSame * period()) outputs_ = event_outputs_;
 }
 
 void PlantRun::step(double until, const std::vector<double>& inputs) {

@@ -1,5 +1,9 @@
 #include "grapnel/plant/plant_variables.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
@@ -7,6 +11,13 @@ namespace {
 
 using VariableType = PlantVariable::Type;
 using Causality = PlantVariable::Causality;
+
+// "N m" => "N.m", "rad/s^2" => "rad/s2".
+std::string fmi_unit(std::string unit) {
+  std::replace(unit.begin(), unit.end(), ' ', '.');
+  std::erase(unit, '^');
+  return unit;
+}
 
 class Lister {
  public:
@@ -31,67 +42,47 @@ class Lister {
   void out_array(const std::string& name, int size, const std::string& unit, const std::string& words) {
     for (int k = 1; k <= size; ++k) out(name + "[" + std::to_string(k) + "]", unit, words);
   }
-  void out_motion(const std::string& of, const std::string& whose) {
-    out_array(of + ".position", 3, "m", "Origin of " + whose + ", in W");
-    out_array(of + ".quaternion_wxyz", 4, "1", "Orientation of " + whose + " in W");
-    out_array(of + ".velocity", 3, "m/s", "Of the origin of " + whose + ", in W");
-    out_array(of + ".angular_velocity", 3, "rad/s", "Of " + whose + ", in its axes");
+  void out_target(const std::string& of) {
+    out_array(of + "position", 3, "m", "Origin of the target, in W");
+    out_array(of + "quaternion_wxyz", 4, "1", "Orientation of the target in W");
+    out_array(of + "velocity", 3, "m/s", "Of the origin of the target, in W");
+    out_array(of + "angular_velocity", 3, "rad/s", "Of the target, in its axes");
+  }
+  void signal(Causality causality, const ControllerSignal& signal, const std::string& prefix, bool is_prismatic) {
+    using Kind = ControllerSignal::Kind;
+    const VariableType type = signal.kind == Kind::real    ? VariableType::real
+                              : signal.kind == Kind::whole ? VariableType::whole
+                                                           : VariableType::boolean;
+    for (int k = 0; k < signal.size; ++k)
+      add(causality, type, prefix + signal.plant + (signal.size > 1 ? fmt::format("[{}]", k + 1) : ""),
+          type == VariableType::real ? fmi_unit(signal_unit(signal, k, is_prismatic)) : "", signal.text);
   }
 
  private:
   PlantVariables& list_;
 };
 
-void list_inputs(const CaptureProblem& plant, const std::vector<const JointDescription*>& joints, Lister& list,
-                 PlantVariables& variables) {
-  for (const JointDescription* joint : joints) {
-    const bool slides = joint->type == JointType::prismatic;
-    list.add(Causality::input, VariableType::real, "joint." + joint->name + ".effort", slides ? "N" : "N.m",
-             "Commanded effort of the joint's motor; clipped at its limit");
-  }
-  variables.joints = joints.size();
-  variables.base_torque = plant.control->base_torque;
-  if (variables.base_torque) {
-    for (int k = 1; k <= 3; ++k)
-      list.add(Causality::input, VariableType::real, "base.torque[" + std::to_string(k) + "]", "N.m",
-               "Torque on the base, in its axes; through its wheels where it has any");
-  }
-  if (!plant.control->base_actuators) return;
-  for (const WheelSetup& wheel : plant.robot.wheels)
-    list.add(Causality::input, VariableType::real, "wheel." + wheel.name + ".torque", "N.m",
-             "Torque of the motor on the wheel, about its axis; clipped at its limit");
-  for (const MomentGyroSetup& gyro : plant.robot.gyros)
-    list.add(Causality::input, VariableType::real, "gyro." + gyro.name + ".gimbal_rate", "rad/s",
-             "Commanded rate of the gimbal, relative to the base; clipped at its limit");
-  for (const ThrusterSetup& thruster : plant.robot.thrusters)
-    list.add(Causality::input, VariableType::boolean, "thruster." + thruster.name + ".on", "",
-             "Whether the valve is open; it stays open for its minimum time");
-  variables.wheels = plant.robot.wheels.size(), variables.gyros = plant.robot.gyros.size();
-  variables.thrusters = plant.robot.thrusters.size();
+// "joint.NAME." of the variables of a joint.
+std::string prefix_of(SignalOwner owner, const std::string& name) {
+  if (owner == SignalOwner::run) return {};
+  std::string kind = owner_name(owner);
+  std::replace(kind.begin(), kind.end(), '-', '_');
+  return name.empty() ? kind + "." : fmt::format("{}.{}.", kind, name);
 }
 
-void list_motion(const CaptureProblem& plant, const std::vector<const JointDescription*>& joints, Lister& list) {
-  list.out_whole("phase", "0: approach; 1: after the impact; 2: the run has ended");
-  list.out_whole("piece", "Number of motion segments so far minus one: increases when grasps close or open");
-  for (const JointDescription* joint : joints) {
-    const bool slides = joint->type == JointType::prismatic;
-    const std::string name = "joint." + joint->name, unit = slides ? "m" : "rad";
-    list.out(name + ".position", unit, "Sensor reading");
-    list.out(name + ".rate", unit + "/s", "Sensor reading");
-    list.out(name + ".desired_position", unit, "Reference value");
-    list.out(name + ".desired_rate", unit + "/s", "Reference value");
-    list.out(name + ".desired_acceleration", unit + "/s2", "Reference value");
-  }
-  list.out_motion("base", "the base");
-  for (const WheelSetup& wheel : plant.robot.wheels)
-    list.out("wheel." + wheel.name + ".rate", "rad/s", "Relative to the base");
-  for (const MomentGyroSetup& gyro : plant.robot.gyros) {
-    list.out("gyro." + gyro.name + ".angle", "rad", "Of the gimbal");
-    list.out("gyro." + gyro.name + ".rate", "rad/s", "Of the gimbal, relative to the base");
-  }
-  for (const TargetSetup& target : plant.targets) {
-    list.out_motion("target." + target.name, "the target");
-    list.out_flag("target." + target.name + ".held", "Whether a grasp holds it");
+// Calls `target` for the motion of each target, and `signal` for each signal of an owner, in the order of the outputs.
+template <class OnTarget, class OnSignal>
+void for_each_output(const ControlledRobot& robot, const OnTarget& target, const OnSignal& signal) {
+  using Owner = SignalOwner;
+  for (const Owner owner :
+       {Owner::run, Owner::joint, Owner::base, Owner::end_effector, Owner::wheel, Owner::gyro, Owner::target}) {
+    for (std::size_t i = 0; i < owner_count(owner, robot); ++i) {
+      if (owner == Owner::target) target(i);
+      for (std::size_t s = 0; s < kInputSignals; ++s) {
+        const ControllerSignal& about = input_signals[s].about;
+        if (about.owner == owner && about.plant && is_sensed(input_signals[s], i, robot)) signal(s, i);
+      }
+    }
   }
 }
 
@@ -116,37 +107,51 @@ void list_end(const CaptureProblem& plant, Lister& list) {
 
 PlantVariables plant_variables(const CaptureProblem& plant, const std::vector<PlantParameter>& parameters) {
   const CaptureSystem system = make_capture_system(plant);
-  std::vector<const JointDescription*> joints;
-  for (const int j : system.robot_joints)
-    joints.push_back(&system.model.bodies()[system.model.joints()[j]].description.joint);
   PlantVariables variables;
+  ControlledRobot& robot = variables.robot;
+  robot = controlled_parts(plant);
+  std::vector<bool> prismatic;
+  for (const int j : system.robot_joints) {
+    const JointDescription& joint = system.model.bodies()[system.model.joints()[j]].description.joint;
+    robot.joints.push_back(joint.name), prismatic.push_back(joint.type == JointType::prismatic);
+  }
   Lister list(variables);
   for (const PlantParameter& parameter : parameters)
     list.add(Causality::parameter, VariableType::real, parameter.path, parameter.unit,
              "Value of the scenario, in SI units", parameter.start);
-  list_inputs(plant, joints, list, variables);
-  list_motion(plant, joints, list);
+  const auto list_signal = [&](Causality causality, const ControllerSignal& signal, std::size_t i) {
+    list.signal(causality, signal, prefix_of(signal.owner, owner_names(signal.owner, robot)[i]),
+                signal.owner == SignalOwner::joint && prismatic[i]);
+  };
+  for (const CommandSignal& command : command_signals) {
+    if (!is_commanded(command, robot)) continue;
+    for (std::size_t i = 0; i < owner_count(command.about.owner, robot); ++i)
+      list_signal(Causality::input, command.about, i);
+  }
+  list.out_whole("phase", "0: approach; 1: after the impact; 2: the run has ended");
+  for_each_output(
+      robot, [&](std::size_t i) { list.out_target(prefix_of(SignalOwner::target, robot.targets[i].name)); },
+      [&](std::size_t s, std::size_t i) { list_signal(Causality::output, input_signals[s].about, i); });
   list_end(plant, list);
   return variables;
 }
 
-std::vector<double> PlantOutputs::numbers() const {
-  std::vector<double> list{static_cast<double>(phase), static_cast<double>(piece)};
+std::vector<double> PlantOutputs::numbers(const ControlledRobot& robot) const {
+  std::vector<double> list{static_cast<double>(phase)};
   const auto add = [&](std::initializer_list<double> numbers) { list.insert(list.end(), numbers); };
-  const auto add_motion = [&](const Motion& m) {
-    add({m.position[0], m.position[1], m.position[2]});
-    add({m.quaternion_wxyz.w, m.quaternion_wxyz.x, m.quaternion_wxyz.y, m.quaternion_wxyz.z});
-    add({m.velocity[0], m.velocity[1], m.velocity[2]});
-    add({m.angular_velocity[0], m.angular_velocity[1], m.angular_velocity[2]});
-  };
-  for (const Joint& j : joints) add({j.position, j.rate, j.desired_position, j.desired_rate, j.desired_acceleration});
-  add_motion(base);
-  list.insert(list.end(), wheel_rates.begin(), wheel_rates.end());
-  for (const Gimbal& gimbal : gimbals) list.insert(list.end(), {gimbal.angle, gimbal.rate});
-  for (std::size_t t = 0; t < targets.size(); ++t) {
-    add_motion(targets[t]);
-    add({static_cast<double>(held[t])});
-  }
+  for_each_output(
+      robot,
+      [&](std::size_t i) {
+        const Motion& m = targets.at(i);
+        add({m.position[0], m.position[1], m.position[2]});
+        add({m.quaternion_wxyz.w, m.quaternion_wxyz.x, m.quaternion_wxyz.y, m.quaternion_wxyz.z});
+        add({m.velocity[0], m.velocity[1], m.velocity[2]});
+        add({m.angular_velocity[0], m.angular_velocity[1], m.angular_velocity[2]});
+      },
+      [&](std::size_t s, std::size_t i) {
+        const auto size = static_cast<std::size_t>(input_signals[s].about.size);
+        for (std::size_t k = i * size; k < (i + 1) * size; ++k) list.push_back(signals[s].at(k));
+      });
   for (const bool flag : {end.ended, end.completed, end.conserved, end.feasible}) add({flag ? 1.0 : 0.0});
   add({end.capture_time, end.linear_momentum_drift, end.angular_momentum_drift, end.work_energy_residual,
        end.energy_drift, end.impact_energy_lost});

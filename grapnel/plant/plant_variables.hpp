@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/control/controller_signals.hpp"
 #include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
@@ -38,10 +39,8 @@ constexpr unsigned kTimeReference = 0;
 struct PlantVariables {
   std::vector<PlantVariable> all;  // parameters, then inputs, then outputs
   std::size_t parameters = 0, inputs = 0, outputs = 0;
-  // Inputs begin with the efforts of the joints, in the robot's order. The base's torque (3) follows, or the torques of
-  // the wheels, the gyros' gimbals and the valves of the thrusters.
-  std::size_t joints = 0, wheels = 0, gyros = 0, thrusters = 0;
-  bool base_torque = false;
+  // The owners of signals. Inputs are the signals that its controller commands, in the order of command_signals.
+  ControlledRobot robot;
 
   std::size_t first_input() const { return parameters; }
   std::size_t first_output() const { return parameters + inputs; }
@@ -50,30 +49,19 @@ struct PlantVariables {
 /// `plant`: result of plant_of().
 PlantVariables plant_variables(const CaptureProblem& plant, const std::vector<PlantParameter>& parameters);
 
-/// Outputs in the order of plant_variables().
+/// The outputs: the signals that controllers read, and those of the plant alone.
 struct PlantOutputs {
   static constexpr int kApproach = 0, kAfterImpact = 1, kEnded = 2;
   int phase = kApproach;
-  int piece = 0;  // increases when grasps close or open
-  struct Joint {
-    double position = 0, rate = 0;  // [rad, rad/s; m, m/s]
-    double desired_position = 0, desired_rate = 0, desired_acceleration = 0;
-  };
-  std::vector<Joint> joints;
+  InputValues signals;
+  /// True motion of a target.
   struct Motion {
     Vector3d position = Vector3d::zero();          // in W [m]
-    Quaterniond quaternion_wxyz{1, 0, 0, 0};       // of R_WB
+    Quaterniond quaternion_wxyz{1, 0, 0, 0};       // of R_WT
     Vector3d velocity = Vector3d::zero();          // of the origin, in W [m/s]
-    Vector3d angular_velocity = Vector3d::zero();  // in the body's axes [rad/s]
+    Vector3d angular_velocity = Vector3d::zero();  // in the target's axes [rad/s]
   };
-  Motion base;
-  std::vector<double> wheel_rates;  // [rad/s]
-  struct Gimbal {
-    double angle = 0, rate = 0;  // [rad], [rad/s]
-  };
-  std::vector<Gimbal> gimbals;  // of control moment gyros
   std::vector<Motion> targets;
-  std::vector<char> held;  // per target
   /// Results available at the end; zero before.
   struct End {
     bool ended = false, completed = false, conserved = false, feasible = false;
@@ -85,7 +73,10 @@ struct PlantOutputs {
   };
   End end;
 
-  std::vector<double> numbers() const;
+  std::vector<double>& operator[](const char* signal) { return signals.at(input_signal(signal)); }
+  const std::vector<double>& operator[](const char* signal) const { return signals.at(input_signal(signal)); }
+  /// In the order of plant_variables().
+  std::vector<double> numbers(const ControlledRobot& robot) const;
 };
 
 }  // namespace grapnel

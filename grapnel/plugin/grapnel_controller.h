@@ -35,12 +35,16 @@ typedef struct grapnel_controller_setup {
   const char* parameters; /* control.parameters of the scenario as a JSON object; "{}" if not stated */
   const char* model;      /* the robot as JSON: {"base": {"name", "is_free"}, "joints": [{"name", "type", "body",
                              "parent", "lower", "upper", "rate", "effort"}, ...], "bodies": [{"name", "parent", "mass",
-                             "com", "inertia": [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]}, ...], "end_effectors": [name, ...]};
-                             absent limits are null. All arrays below have the order of its joints. */
+                             "com", "inertia": [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]}, ...], "end_effectors": [name, ...],
+                             "wheels", "gyros", "thrusters", "targets": likewise}; absent limits are null. All arrays
+                             below have the order of its lists. */
   int joints;             /* number of joints */
   double period;          /* between updates [s] */
   double delay;           /* from an update to the start of its command [s] */
   int base_torque;        /* 1: the plugin commands the base's torque; 0: its torque is ignored */
+  /* The rest is present if `size` includes it. */
+  int unused;         /* 0: the padding of the members before it */
+  int base_actuators; /* 1: the plugin commands each wheel, gyro and thruster; 0: its commands of them are ignored */
 } grapnel_controller_setup;
 
 /* The input of a controller at a sample: readings of the scenario's sensors, and true values for quantities without a
@@ -59,7 +63,7 @@ typedef struct grapnel_controller_input {
   double base_quaternion_wxyz[4];     /* R_WB, of unit norm */
   double base_velocity[3];            /* of B's origin, in W [m/s] */
   double base_angular_velocity[3];    /* of B, in B's axes [rad/s] */
-  /* The rest is present if `size` includes it. Values without a sensor are NaN. */
+  /* The rest is present if `size` includes it. wrench, target_pose and target_motion are NaN without a sensor. */
   int end_effectors;    /* number, in the order of the robot's JSON */
   const double* wrench; /* 6 of each: force and torque of its target on it, in its axes, about its origin [N], [N m] */
   int wheels;           /* reaction wheels, in the robot's order */
@@ -68,6 +72,11 @@ typedef struct grapnel_controller_input {
   const double* target_pose;   /* 7 of each: position of its frame in B [m], quaternion w, x, y, z of R_BT */
   const double* target_motion; /* 6 of each, in B's axes: velocity of its origin less that of B's [m/s], angular
                                   velocity in W [rad/s] */
+  int gyros;                   /* control moment gyros, in the robot's order */
+  const double* gimbal_angle;  /* relative to the base [rad] */
+  const double* gimbal_rate;   /* likewise [rad/s] */
+  const double* target_held;   /* of each target: 1 if a grasp holds it, else 0 */
+  int thrusters;               /* number, in the robot's order */
 } grapnel_controller_input;
 
 /* The output of a controller. All values are zero on call. */
@@ -75,6 +84,10 @@ typedef struct grapnel_controller_output {
   size_t size;
   double* effort;        /* of each joint [N m or N]; Grapnel limits it to the joint's limit */
   double base_torque[3]; /* on the base, in B's axes [N m] */
+  /* The rest is present if `size` includes it, and used with base_actuators. Limits saturate the commands. */
+  double* wheel_torque; /* of the motor on each wheel, about its axis [N m] */
+  double* gimbal_rate;  /* of each gyro, relative to the base [rad/s] */
+  double* thruster;     /* of each thruster: share of a period for which its valve is open, from 0 to 1 */
 } grapnel_controller_output;
 
 /*

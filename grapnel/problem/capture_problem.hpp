@@ -227,13 +227,13 @@ struct BaseControlSetup {
 /// sampled.
 struct ControlSetup {
   ControlTiming timing;
-  /// A user-defined controller in a shared library (plugin/plugin_controller.hpp); empty: none. It drives the joints if
-  /// TrackingSetup::mode or PostImpactSetup::joints is controller.
+  /// A user-defined controller in a shared library (control/plugin_controller.hpp); empty: none. It drives the joints
+  /// if TrackingSetup::mode or PostImpactSetup::joints is controller.
   std::string plugin;             // as the scenario names it
   std::string file;               // path for the system's loader
   std::string sha256;             // of that file; empty for a problem made by a program
   std::string parameters = "{}";  // JSON object passed to the controller
-  /// Instead of a plugin, an FMU for co-simulation (fmi/fmu_controller.hpp), as the scenario names it; empty: none.
+  /// Instead of a plugin, an FMU for co-simulation (control/fmu_controller.hpp), as the scenario names it; empty: none.
   std::string fmu;
   std::string inputs = "{}", outputs = "{}";  // JSON objects: variables of the FMU, and their signals
   /// Instead of both, a controller of the calling program.
@@ -243,8 +243,7 @@ struct ControlSetup {
   /// Instead of a plugin, a log of joint efforts to be replayed; null: none. Its rows are at multiples of the period.
   std::shared_ptr<const EffortLog> log = {};
   bool base_torque = false;  // controller or log also commands the torque on a free base, while it drives the joints
-  /// Instead of that, a controller of the program (`external`) commands every wheel's torque, every gimbal's rate and
-  /// every thruster's valve.
+  /// Instead of that, the controller commands every wheel's torque, every gimbal's rate and every thruster's valve.
   bool base_actuators = false;
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };

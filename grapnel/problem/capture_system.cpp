@@ -504,6 +504,28 @@ std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel;
 std::string gimbal_body_name(const std::string& gyro) { return "gyro:" + gyro; }
 std::string gyro_rotor_body_name(const std::string& gyro) { return "gyro-rotor:" + gyro; }
 
+ControlledRobot controlled_parts(const CaptureProblem& problem) {
+  ControlledRobot robot;
+  const auto has_sensor = [&](const auto& sensors, const auto& named, const std::string& name) {
+    return problem.sensors &&
+           std::ranges::find(*problem.sensors.*sensors, name, named) != (*problem.sensors.*sensors).end();
+  };
+  for (const EndEffectorSetup& effector : problem.robot.end_effectors)
+    robot.end_effectors.push_back(
+        {effector.name, effector.name, has_sensor(&SensorSetup::wrists, &WristSensor::end_effector, effector.name)});
+  for (const WheelSetup& wheel : problem.robot.wheels)
+    robot.wheels.push_back({wheel.name, wheel_body_name(wheel.name)});
+  for (const MomentGyroSetup& gyro : problem.robot.gyros)
+    robot.gyros.push_back({gyro.name, gimbal_body_name(gyro.name)});
+  for (const ThrusterSetup& thruster : problem.robot.thrusters) robot.thrusters.push_back(thruster.name);
+  for (const TargetSetup& target : problem.targets)
+    robot.targets.push_back({target.name, target_body_name(target.name),
+                             has_sensor(&SensorSetup::relative_poses, &RelativePoseSensor::target, target.name)});
+  robot.commands_base = problem.control && problem.control->base_torque;
+  robot.commands_actuators = problem.control && problem.control->base_actuators;
+  return robot;
+}
+
 CaptureSystem make_servicer(const CaptureProblem& problem) {
   std::optional<RobotSetup> made;
   const RobotSetup& robot = modelled_robot(problem.robot, false, made);

@@ -11,6 +11,7 @@
 #include "grapnel/dynamics/state.hpp"
 #include "grapnel/problem/body_address.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/simulate/controller_source.hpp"
 
 namespace grapnel {
 
@@ -24,6 +25,10 @@ class CaptureProblemError : public std::invalid_argument {
 /// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", since a target
 /// may have the name of a link.
 std::string target_body_name(const std::string& target);
+
+/// The parts of the problem that a user-defined controller reads and commands. Base, joints, gravity and the frame of
+/// the computation are not set.
+ControlledRobot controlled_parts(const CaptureProblem& problem);
 
 /// A closed grasp in a model: frame C on body a of the robot and frame D on body b, the target, are kept together.
 struct HeldGrasp {

@@ -289,16 +289,13 @@ class ControlConflicts : ConflictFinder {
     check_external(*problem_.control);
     const auto both = [&](const char* path) {
       add_key(path, "{}: control.{} assigns the base's torque to the controller; leave out one of the two", path,
-              problem_.control->base_torque ? "base_torque" : "external");
+              problem_.control->base_torque ? "base_torque" : "base_actuators");
     };
     if (problem_.control->base_torque || problem_.control->base_actuators) {
       if (in_approach && problem_.approach->base_control) both("approach.base_control");
       if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
     }
-    if (problem_.control->base_actuators && (!problem_.control->external || problem_.control->base_torque))
-      add("control.external",
-          "control.external: base_actuators requires control.external and excludes base_torque, because the program "
-          "commands each wheel's torque and each thruster's valve");
+    if (problem_.control->base_actuators) check_base_actuators(*problem_.control);
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so a torque has no effect");
@@ -310,6 +307,20 @@ class ControlConflicts : ConflictFinder {
         add("control.base_torque",
             "control.base_torque: the robot's wheels, which give it, cannot give torque about {}", "xyz"[k]);
     }
+  }
+
+  void check_base_actuators(const ControlSetup& control) {
+    const RobotSetup& robot = problem_.robot;
+    const char* const path = "control.base_actuators";
+    if (control.log || !control.has_controller())
+      add(path, "{} needs a controller: plugin, fmu or external", path).relies_on = "control";
+    if (control.base_torque)
+      add(path, "{} excludes base_torque, because the controller commands the actuators that produce this torque",
+          path);
+    if (robot.wheels.empty() && robot.gyros.empty() && robot.thrusters.empty())
+      add(path, "{}: the robot has no wheels, gyros or thrusters", path);
+    if (robot.base_mode == RobotSetup::Base::fixed)
+      add(path, "{}: the robot's base is fixed, so its actuators have no effect", path);
   }
 
   // A log commands the actuators of the base, as attitude control would.

@@ -49,6 +49,9 @@ struct Described<ControlSetup> {
           .optional(),
       field<&T::base_torque>("base_torque", "",
                              "Whether the controller also commands a torque on the base while it drives the joints."),
+      field<&T::base_actuators>("base_actuators", "",
+                                "Whether the controller instead commands each wheel's torque, each gyro's gimbal rate "
+                                "and each thruster's valve while it drives the joints."),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("plugin, torques"),

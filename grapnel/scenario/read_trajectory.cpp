@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "grapnel/control/controller_signals.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -95,15 +96,21 @@ class TrajectoryReader {
  private:
   // ---- Actuators of the base ----
 
-  // A kind of actuator: prefix of its columns, names, and limits of its values.
+  // A kind of actuator: its command, and the limit of its values.
   struct Actuator {
     CsvColumn::Kind kind;
-    std::string_view prefix, unit, limit;
+    SignalOwner owner;
+    std::string_view limit;
+    const CommandSignal& command() const {
+      return *std::ranges::find(command_signals, owner, [](const CommandSignal& c) { return c.about.owner; });
+    }
+    std::string_view prefix() const { return command().column; }
+    std::string unit() const { return fmt::format(" [{}]", signal_unit(command().about)); }
   };
   static constexpr std::array<Actuator, 3> kActuators{{
-      {CsvColumn::Kind::wheel, "wheel.", " [N m]", "the wheel's largest torque"},
-      {CsvColumn::Kind::gyro, "gyro.", " [rad/s]", "the gyro's largest gimbal rate"},
-      {CsvColumn::Kind::thruster, "thruster.", " [1]", "the whole period"},
+      {CsvColumn::Kind::wheel, SignalOwner::wheel, "the wheel's largest torque"},
+      {CsvColumn::Kind::gyro, SignalOwner::gyro, "the gyro's largest gimbal rate"},
+      {CsvColumn::Kind::thruster, SignalOwner::thruster, "the whole period"},
   }};
   static const Actuator* actuator(CsvColumn::Kind kind) {
     const auto at =
@@ -129,15 +136,15 @@ class TrajectoryReader {
   // Whether the column belongs to an actuator, or was intended to and has been reported.
   bool is_actuator(CsvColumn& column, const Mark& mark) {
     for (const Actuator& a : kActuators) {
-      if (!column.name.starts_with(a.prefix)) continue;
-      const std::string name = column.name.substr(a.prefix.size());
+      if (!column.name.starts_with(a.prefix())) continue;
+      const std::string name = column.name.substr(a.prefix().size());
       const std::vector<std::string> names = actuator_names(a.kind);
       const auto at = std::find(names.begin(), names.end(), name);
       column.joint = static_cast<std::size_t>(at - names.begin());
       if (at != names.end()) {
         column.kind = a.kind;
       } else {
-        const std::string kind(a.prefix.substr(0, a.prefix.size() - 1));
+        const std::string kind(a.prefix().substr(0, a.prefix().size() - 1));
         faults_.add(mark, fmt::format("unknown column {}: the robot has no {} {}{}", in_quotes(column.name), kind,
                                       in_quotes(name), suggestion(name, names, kind + "s")));
       }
@@ -331,7 +338,7 @@ class TrajectoryReader {
     return {};
   }
 
-  static std::string_view unit(const CsvColumn& column) {
+  static std::string unit(const CsvColumn& column) {
     switch (column.kind) {
       case CsvColumn::Kind::time:
         return " [s]";
@@ -346,7 +353,7 @@ class TrajectoryReader {
       case CsvColumn::Kind::wheel:
       case CsvColumn::Kind::gyro:
       case CsvColumn::Kind::thruster:
-        return actuator(column.kind)->unit;
+        return actuator(column.kind)->unit();
       case CsvColumn::Kind::unknown:
         break;
     }

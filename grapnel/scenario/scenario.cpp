@@ -7,8 +7,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "grapnel/fmi/fmu_controller.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/fmu_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/result_documents.hpp"
@@ -324,15 +325,14 @@ class Loader {
   void open_fmu(const Node& scenario, CaptureProblem& problem) {
     ControlSetup& control = *problem.control;
     const Node& section = part(scenario, "control");
-    std::vector<std::string> joints;
+    ControlledRobot robot = controlled_parts(problem);
     for (const BodyDescription& body : problem.robot.bodies) {
-      if (velocity_count(body.joint.type) == 1) joints.push_back(body.joint.name);
+      if (velocity_count(body.joint.type) == 1) robot.joints.push_back(body.joint.name);
     }
     try {
       const auto source =
           std::make_shared<const fmi::FmuControllers>(control.file, control.fmu, control.inputs, control.outputs);
-      for (const fmi::FmuMisfit& misfit :
-           source->misfits(joints, control.parameters, control.base_torque, control.timing.period)) {
+      for (const fmi::FmuMisfit& misfit : source->misfits(robot, control.parameters, control.timing.period)) {
         const Node* place = section.find(misfit.key);
         const Node* entry = place && !misfit.entry.empty() ? place->find(misfit.entry) : nullptr;
         faults_.add((entry ? entry : place ? place : section.find("fmu"))->mark, misfit.text);

@@ -14,15 +14,22 @@ namespace grapnel {
 
 /// The robot of a user-defined controller, by names in the model.
 struct ControlledRobot {
-  std::string base;                        // body
-  std::vector<std::string> joints;         // in the controller's order
-  std::vector<std::string> end_effectors;  // frames
-  std::vector<std::string> wheels;         // joints
-  Vector3d gravity = Vector3d::zero();     // [m/s^2]
+  std::string base;                 // body
+  std::vector<std::string> joints;  // in the controller's order
+  /// A part by its name in the scenario, and in the model: of wheels and gimbals of gyros the joint, of others the
+  /// frame.
+  struct Part {
+    std::string name, in_model;
+    bool has_sensor = false;  // of the wrench, or the relative pose
+  };
+  std::vector<Part> end_effectors, wheels, gyros, targets;
+  std::vector<std::string> thrusters;
+  Vector3d gravity = Vector3d::zero();  // [m/s^2]
   // The frame of the computation, see MovingFrame: at t = 0, in W [m]; [m/s].
   Vector3d origin = Vector3d::zero();
   Vector3d velocity = Vector3d::zero();
-  bool commands_base = false;
+  bool commands_base = false;       // its torque, or
+  bool commands_actuators = false;  // each of its wheels, gyros and thrusters
 };
 
 /// Creates controllers, one per run. Thread safety: any number of threads.

@@ -29,7 +29,7 @@ class Controller(Protocol):
     """
 
     def update(self, input: ControllerInput, access: ControllerAccess, output: ControllerOutput) -> None:
-        """Called at each sample: reads `input`, may query the true model in `access`, writes `output.effort` and `output.base_torque`."""
+        """Called at each sample: reads `input`, may query the true model in `access`, writes `output.effort` and other commands."""
 
 
 def _given(controller: Any) -> tuple[Any, str, str]:

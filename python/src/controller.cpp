@@ -5,38 +5,38 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <map>
 
 #include "arrays.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 namespace grapnel::python {
 namespace {
 
 // ---- Arguments of update() ----
 
-// A copy, which the controller may keep.
-py::array_t<double> copied(const double* data, py::ssize_t count) { return py::array_t<double>(count, data); }
+// (owners,) of one number per owner, (owners, numbers) of several; (numbers,) of the base.
+std::vector<py::ssize_t> signal_shape(const ControllerSignal& signal, const grapnel_controller_input& in) {
+  const auto owners = static_cast<py::ssize_t>(owner_count(signal.owner, in));
+  if (signal.owner == SignalOwner::base) return {signal.size};
+  return signal.size == 1 ? std::vector<py::ssize_t>{owners} : std::vector<py::ssize_t>{owners, signal.size};
+}
 
+// Copies, which the controller may keep.
 struct Input {
   double time;
   int piece, joints;
-  py::array_t<double> position, rate, desired_position, desired_rate, desired_acceleration, base_position,
-      base_quaternion_wxyz, base_velocity, base_angular_velocity;
-  explicit Input(const grapnel_controller_input& in)
-      : time(in.time),
-        piece(in.piece),
-        joints(in.joints),
-        position(copied(in.position, joints)),
-        rate(copied(in.rate, joints)),
-        desired_position(copied(in.desired_position, joints)),
-        desired_rate(copied(in.desired_rate, joints)),
-        desired_acceleration(copied(in.desired_acceleration, joints)),
-        base_position(copied(in.base_position, 3)),
-        base_quaternion_wxyz(copied(in.base_quaternion_wxyz, 4)),
-        base_velocity(copied(in.base_velocity, 3)),
-        base_angular_velocity(copied(in.base_angular_velocity, 3)) {}
+  std::array<py::array_t<double>, kInputSignals> values;
+  explicit Input(const grapnel_controller_input& in) : time(in.time), piece(in.piece), joints(in.joints) {
+    for (std::size_t s = 0; s < kInputSignals; ++s) {
+      if (input_signals[s].about.owner == SignalOwner::run) continue;
+      values[s] = py::array_t<double>(signal_shape(input_signals[s].about, in));
+      for (py::ssize_t i = 0; i < values[s].size(); ++i)
+        values[s].mutable_data()[i] = input_signals[s].value(in, static_cast<std::size_t>(i));
+    }
+  }
 };
 
 struct Access {
@@ -80,12 +80,12 @@ struct Access {
 };
 
 struct Output {
-  py::array_t<double> effort, base_torque;
-  explicit Output(int joints) : effort(zeros(joints)), base_torque(zeros(3)) {}
-  static py::array_t<double> zeros(py::ssize_t count) {
-    py::array_t<double> array(count);
-    std::fill_n(array.mutable_data(), count, 0.0);
-    return array;
+  std::array<py::array_t<double>, kCommandSignals> values;
+  explicit Output(const grapnel_controller_input& in) {
+    for (std::size_t c = 0; c < kCommandSignals; ++c) {
+      values[c] = py::array_t<double>(signal_shape(command_signals[c].about, in));
+      std::fill_n(values[c].mutable_data(), values[c].size(), 0.0);
+    }
   }
   static void assign(py::array_t<double>& array, const py::handle& value, const char* name) {
     const auto given = doubles(value, name);
@@ -100,8 +100,18 @@ struct Setup {
   py::object parameters, model;
   int joints;
   double period, delay;
-  bool base_torque;
+  bool base_torque, base_actuators;
 };
+
+// "(joints,): sensor reading [rad or m]."
+std::string documentation(const ControllerSignal& signal, const std::string& more) {
+  std::string owners = owner_name(signal.owner);
+  std::replace(owners.begin(), owners.end(), '-', '_');
+  const std::string size = std::to_string(signal.size);
+  const std::string shape =
+      signal.owner == SignalOwner::base ? size + "," : owners + "s," + (signal.size > 1 ? " " + size : "");
+  return "(" + shape + "): " + signal.text + more + " [" + signal_unit(signal) + "].";
+}
 
 // ---- The interpreter ----
 
@@ -187,8 +197,8 @@ int create(const grapnel_controller_setup* setup, void** instance, char* error, 
     const py::object model = loads(setup->model);
     own->base_velocities = model["base"]["is_free"].cast<bool>() ? 6 : 0;
     if (py::hasattr(own->controller, "create"))
-      own->controller.attr("create")(
-          Setup{loads(setup->parameters), model, setup->joints, setup->period, setup->delay, setup->base_torque != 0});
+      own->controller.attr("create")(Setup{loads(setup->parameters), model, setup->joints, setup->period, setup->delay,
+                                           setup->base_torque != 0, setup->base_actuators != 0});
     *instance = own.release();
   });
   if (failed != 0) std::snprintf(error, error_size, "%s", why.c_str());
@@ -204,7 +214,7 @@ int reset(void* instance, double time) {
 int update(void* instance, const grapnel_controller_input* input, const grapnel_controller_access* access,
            grapnel_controller_output* output) {
   return in_python(at(instance).error, [&] {
-    const py::object py_input = py::cast(Input(*input)), py_output = py::cast(Output(input->joints)),
+    const py::object py_input = py::cast(Input(*input)), py_output = py::cast(Output(*input)),
                      model = py::cast(Access{access, at(instance).base_velocities});
     struct Ends {
       Access& access;
@@ -213,10 +223,10 @@ int update(void* instance, const grapnel_controller_input* input, const grapnel_
     const py::object returned = at(instance).controller.attr("update")(py_input, model, py_output);
     if (!returned.is_none())
       throw py::type_error("update() returned " + std::string(py::str(py::type::of(returned))) +
-                           "; expected None: assign commands to output.effort and output.base_torque");
+                           "; expected None: assign commands to output.effort, output.base_torque and so on");
     const auto& out = py_output.cast<const Output&>();
-    std::copy_n(out.effort.data(), input->joints, output->effort);
-    std::copy_n(out.base_torque.data(), 3, output->base_torque);
+    for (std::size_t c = 0; c < kCommandSignals; ++c)
+      std::copy_n(out.values[c].data(), out.values[c].size(), command_signals[c].values(*output));
   });
 }
 
@@ -271,25 +281,25 @@ void bind_controllers(py::module_& module) {
       .def_readonly("parameters", &Setup::parameters, "control.parameters of the scenario: a dictionary.")
       .def_readonly("model", &Setup::model,
                     "The robot as a dictionary, as described in grapnel_controller.h: 'base', 'joints', 'bodies', "
-                    "'end_effectors'.")
+                    "'end_effectors', 'wheels', 'gyros', 'thrusters', 'targets'.")
       .def_readonly("joints", &Setup::joints, "Number of joints: the length of arrays.")
       .def_readonly("period", &Setup::period, "Sample time between updates [s].")
       .def_readonly("delay", &Setup::delay, "Time from an update until its command acts [s].")
-      .def_readonly("base_torque", &Setup::base_torque, "Whether the controller commands the base torque.");
-  py::class_<Input>(module, "ControllerInput", "Input of a controller at a sample; arrays are copies.")
-      .def_readonly("time", &Input::time, "Scenario time [s].")
+      .def_readonly("base_torque", &Setup::base_torque, "Whether the controller commands the base torque.")
+      .def_readonly("base_actuators", &Setup::base_actuators,
+                    "Whether the controller commands each wheel, gyro and thruster.");
+  py::class_<Input> py_input(module, "ControllerInput", "Input of a controller at a sample; arrays are copies.");
+  py_input.def_readonly("time", &Input::time, "Scenario time [s].")
       .def_readonly("piece", &Input::piece,
                     "Index of the segment of the run, from 0; increases when grasps close or open.")
-      .def_readonly("joints", &Input::joints, "Number of joints.")
-      .def_readonly("position", &Input::position, "(joints,): sensor readings, noise included [rad or m].")
-      .def_readonly("rate", &Input::rate, "(joints,): sensor readings [rad/s or m/s].")
-      .def_readonly("desired_position", &Input::desired_position, "(joints,): reference [rad or m].")
-      .def_readonly("desired_rate", &Input::desired_rate, "(joints,): reference [rad/s or m/s].")
-      .def_readonly("desired_acceleration", &Input::desired_acceleration, "(joints,): reference [rad/s^2 or m/s^2].")
-      .def_readonly("base_position", &Input::base_position, "(3,): of B's origin, in W [m].")
-      .def_readonly("base_quaternion_wxyz", &Input::base_quaternion_wxyz, "(4,): R_WB, of unit norm.")
-      .def_readonly("base_velocity", &Input::base_velocity, "(3,): of B's origin, in W [m/s].")
-      .def_readonly("base_angular_velocity", &Input::base_angular_velocity, "(3,): of B, in B's axes [rad/s].");
+      .def_readonly("joints", &Input::joints, "Number of joints.");
+  for (std::size_t s = 0; s < kInputSignals; ++s) {
+    const ControllerSignal& signal = input_signals[s].about;
+    if (signal.owner == SignalOwner::run) continue;
+    const char* const without = input_signals[s].needs_sensor ? "; NaN without a sensor" : "";
+    py_input.def_property_readonly(
+        signal.name, [s](const Input& in) { return in.values[s]; }, documentation(signal, without).c_str());
+  }
   py::class_<Access>(module, "ControllerAccess",
                      "Queries of the true model during update(): the servicer with all bodies that it "
                      "holds. Velocities: six of a free base [angular; linear] in B, joints, then joints of grasps.")
@@ -300,15 +310,20 @@ void bind_controllers(py::module_& module) {
       .def("generalized_jacobian", &Access::generalized_jacobian, py::arg("frame"),
            "J*, (6, N - 6) (fixed base: (6, N)), of an end-effector by name: its twist [angular; linear] in W at zero "
            "momentum.");
-  py::class_<Output>(module, "ControllerOutput", "Commands of a controller at a sample; zero before update().")
-      .def_property(
-          "effort", [](const Output& out) { return out.effort; },
-          [](Output& out, const py::object& value) { Output::assign(out.effort, value, "output.effort"); },
-          "(joints,): effort of each joint [N m or N]; saturated at the joint's limit.")
-      .def_property(
-          "base_torque", [](const Output& out) { return out.base_torque; },
-          [](Output& out, const py::object& value) { Output::assign(out.base_torque, value, "output.base_torque"); },
-          "(3,): torque on the base, in B's axes [N m]; ignored without control.base_torque.");
+  py::class_<Output> py_output(module, "ControllerOutput",
+                               "Commands of a controller at a sample; zero before update().");
+  for (std::size_t c = 0; c < kCommandSignals; ++c) {
+    const ControllerSignal& signal = command_signals[c].about;
+    const char* const needs = signal.owner == SignalOwner::joint  ? ""
+                              : signal.owner == SignalOwner::base ? "; ignored without control.base_torque"
+                                                                  : "; ignored without control.base_actuators";
+    py_output.def_property(
+        signal.name, [c](const Output& out) { return out.values[c]; },
+        [c](Output& out, const py::object& value) {
+          Output::assign(out.values[c], value, (std::string("output.") + command_signals[c].about.name).c_str());
+        },
+        documentation(signal, needs).c_str());
+  }
 }
 
 }  // namespace grapnel::python

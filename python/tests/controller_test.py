@@ -167,3 +167,34 @@ except KeyboardInterrupt:
         child.kill()
         child.wait()
     assert output == "interrupted\n" and child.returncode == 0
+
+
+def test_the_input_has_the_signals_of_sensors_wheels_and_targets():
+    seen = []
+
+    def update(self, input, access, output):
+        seen.append(input)
+        output.wheel_torque = [0.01 * numpy.sin(input.time)] * len(input.wheel_rate)
+
+    problem = grapnel.load(SOURCE / "scenarios" / "wheels-keep-attitude.yaml", set={
+        "control": {"period": "0.1 s", "external": True, "base_actuators": True},
+        "post_impact": {"duration": 2, "joints": "controller"},
+        "sensors": {"wheels": {}, "relative_pose": [{"target": "satellite", "position_noise": 1e-3}]}})
+    result = problem.simulate(controller=controller_with(update))
+    assert result.status == "completed", result.failure
+    last, rates = seen[-1], result["wheels/measured_rate"]
+    wheels = result.components["wheels/torque"]
+    assert last.wheel_rate.shape == (len(wheels),) and last.gimbal_rate.shape == (0,)
+    assert last.wrench.shape == (len(last.wrench), 6) and numpy.isnan(last.wrench).all()
+    assert last.target_pose.shape == (1, 7) and last.target_motion.shape == (1, 6)
+    assert seen[-1].target_held.tolist() == [1] and numpy.isfinite(last.target_pose).all()
+    # The values of the recorded readings, and the command in the next sample.
+    position = result["targets/satellite/measured_position"]
+    for one in seen:
+        rows = numpy.flatnonzero(numpy.abs(result.time - one.time) < 1e-9)
+        if len(rows):
+            assert numpy.array_equal(one.wheel_rate, rates[rows[-1]])
+            assert numpy.array_equal(one.target_pose[0, :3], position[rows[-1]])
+    commands = 0.01 * numpy.sin([one.time for one in seen])
+    torque = result["wheels/torque"][result.time > seen[0].time + 0.2]
+    assert numpy.abs(torque[:, :, None] - commands).min(axis=2).max() < 1e-12 and numpy.abs(torque).max() > 1e-3

@@ -15,7 +15,7 @@
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/control/fmu_controller.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
 
@@ -112,6 +112,100 @@ TEST(FmuController, InputsOtherThanSignals) {
     expect_has(fault_of(name, kGains, inputs(", unused: start, counted: 'time'")), "expected a ");
     expect_has(fault_of(name, kGains, inputs(", unused: 'text'")), "'text' is not a signal");
   }
+}
+
+// A controller in C whose first effort is one value of a signal.
+std::size_t t_signal = 0, t_index = 0;
+class PassingSource final : public ControllerSource {
+  struct Functions {
+    static int create(const grapnel_controller_setup*, void** instance, char*, std::size_t) {
+      *instance = nullptr;
+      return 0;
+    }
+    static int update(void*, const grapnel_controller_input* in, const grapnel_controller_access*,
+                      grapnel_controller_output* out) {
+      out->effort[0] = input_signals.at(t_signal).value(*in, t_index);
+      return 0;
+    }
+    static void destroy(void*) {}
+  };
+  static constexpr grapnel_controller_plugin kFunctions = {sizeof(grapnel_controller_plugin),
+                                                           GRAPNEL_CONTROLLER_VERSION,
+                                                           Functions::create,
+                                                           nullptr,
+                                                           Functions::update,
+                                                           nullptr,
+                                                           nullptr,
+                                                           Functions::destroy,
+                                                           nullptr};
+
+ public:
+  std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters, ControlledRobot robot,
+                                   const Model& model) const override {
+    return std::make_shared<PluginController>(std::make_shared<const ControllerPlugin>(kFunctions, "it"), timing,
+                                              parameters, std::move(robot), model);
+  }
+};
+
+// Signals of sensors and targets, by both forms of their names, have the values that a controller in C receives.
+TEST(FmuController, ReceivesTheSignalsOfTheCInterface) {
+  constexpr const char* kSensors =
+      "{force_torque: [{end_effector: tip-1, force_bias: [0.3, 0.2, 0.1]}], relative_pose: [{target: debris, "
+      "position_noise: 0.01}]}";
+  const auto problem = [&](const std::string& control) {
+    return load_scenario(GRAPNEL_OWN_SCENARIO, std::vector<Override>{{"control", "{period: 0.01, " + control + "}"},
+                                                                     {"sensors", kSensors},
+                                                                     {"post_impact.duration", "1"}});
+  };
+  const auto fmu = [&](const std::string& signal) {
+    return "fmu: " + fmu_file("fmu_inputs_3") + ", parameters: {does: passes, kp: 0, kd: 0}, inputs: " +
+           std::string(kInputs).substr(0, std::string(kInputs).size() - 1) + ", unused: '" + signal + "'}";
+  };
+  struct Case {
+    const char *name, *signal;
+    std::size_t index;
+  };
+  for (const Case& one : {Case{"debris.target_pose[2]", "target_pose", 1}, Case{"target_pose[1,4]", "target_pose", 3},
+                          Case{"target_motion[1,6]", "target_motion", 5}, Case{"wrench[1,2]", "wrench", 1},
+                          Case{"debris.target_held", "target_held", 0}, Case{"piece", "piece", 0}}) {
+    t_signal = input_signal(one.signal), t_index = one.index;
+    CaptureProblem in_c = problem("delay: 0.01, external: true");
+    in_c.control->source = std::make_shared<const PassingSource>();
+    const CaptureResult expected = simulate_capture(in_c), result = simulate_capture(problem(fmu(one.name)));
+    ASSERT_TRUE(expected.post_impact_end && result.post_impact_end) << expected.failure << result.failure;
+    EXPECT_LT(apart(result, expected), 1e-10) << one.name;
+    EXPECT_GT(std::abs(result.post_impact_end->joints.velocity[0]), 1e-6) << one.name;
+  }
+  const auto rejected = [&](const std::string& signal, const std::string& more) {
+    try {
+      load_scenario(GRAPNEL_OWN_SCENARIO,
+                    std::vector<Override>{{"control", "{period: 0.01, " + more + fmu(signal) + "}"}});
+      return std::string();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+  };
+  expect_has(rejected("target_pose[1,1]", ""),
+             "its input target_pose of target 'debris' is not measured; add the sensor to sensors.relative_pose");
+  expect_has(rejected("tip-2.wrench[1]", ""), "its input wrench of end-effector 'tip-2' is not measured");
+  expect_has(rejected("piece", "base_actuators: true, "), "the robot has no wheels, gyros or thrusters");
+}
+
+// Each actuator's command must be an output.
+TEST(FmuController, CommandsActuators) {
+  const fmi::FmuControllers controllers(fmu_file("fmu_2"), "it.fmu", kInputs, "{'effort[6]': 'wheel_torque[2]'}");
+  ControlledRobot robot;
+  robot.joints = {"arm-1-joint-1", "arm-1-joint-2", "arm-1-joint-3", "arm-2-joint-1", "arm-2-joint-2"};
+  robot.joints.push_back("arm-2-joint-3");
+  robot.wheels = {{"x", "wheel:x"}, {"y", "wheel:y"}};
+  robot.thrusters = {"jet"};
+  robot.commands_actuators = true;
+  std::string all;
+  for (const fmi::FmuMisfit& misfit : controllers.misfits(robot, "{}", 0.01)) all += misfit.text + "\n";
+  expect_has(all, "none of its outputs is wheel_torque[1], of wheel 'x'");
+  expect_has(all, "none of its outputs is thruster[1], of thruster 'jet'");
+  expect_has(all, "none of its outputs is effort[6], of joint 'arm-2-joint-3'");
+  EXPECT_EQ(all.find("wheel_torque[2]"), std::string::npos) << all;
 }
 
 TEST(FmuController, EndsWithFmuMessage) {

@@ -1,6 +1,7 @@
 /* A test FMU for co-simulation, for FMI 2.0 or 3.0 (FMI_VERSION): proportional-derivative control of six joints, and a
    damper on the base, like examples/controllers/own_pd.c. Its outputs are zero until its first step. "does"
-   selects its error: "nothing", "refuses", "checks", "discards", "fails", "nan", "crashes". References: 0 + j
+   selects its error: "nothing", "refuses", "checks", "discards", "fails", "nan", "crashes"; "passes": its first effort
+   is the input "unused". References: 0 + j
    position, 20 + j rate, 40 + j desired position, 60 + j desired rate, 80 + k angular velocity of the base, 100 + j
    effort, 120 + k torque on the base; 200 kp, 201 kd, 202 base_kd; 203 whole; 204 on; 205 does; inputs of FMUs that
    have them: 210 unused, 211 switched, 212 counted, 213 called, which it "checks". */
@@ -62,6 +63,7 @@ static int step(model* m, double time, double length) {
         m->value[200] * (m->value[40 + j] - m->value[j]) + m->value[201] * (m->value[60 + j] - m->value[20 + j]);
   }
   for (j = 0; j < 3; ++j) m->value[120 + j] = -m->value[202] * m->value[80 + j];
+  if (!strcmp(m->does, "passes")) m->value[100] = m->value[210];
   if (!strcmp(m->does, "nan")) m->value[103] = NAN;
   return 0;
 }

@@ -9,7 +9,7 @@
 
 #include "fmu/master.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/fmi/fmu_instance.hpp"
+#include "grapnel/control/fmu_instance.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "app/program_run.hpp"
-#include "grapnel/fmi/fmi_functions.hpp"
-#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/control/fmi_functions.hpp"
+#include "grapnel/control/fmu.hpp"
 #include "plant/short_capture.hpp"
 
 namespace grapnel::testing {

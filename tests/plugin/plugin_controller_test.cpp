@@ -9,9 +9,9 @@
 #include <functional>
 #include <memory>
 
+#include "grapnel/control/plugin_controller.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "support/random_robot.hpp"
 
@@ -41,7 +41,7 @@ Model two_joints() {
 // In another order than the model's.
 ControlledRobot robot_of() {
   ControlledRobot robot;
-  robot.base = "base", robot.joints = {"elbow", "shoulder"}, robot.end_effectors = {"tip"};
+  robot.base = "base", robot.joints = {"elbow", "shoulder"}, robot.end_effectors = {{"tip", "tip"}};
   robot.origin = {1, 2, 3}, robot.velocity = {0.5, 0, -0.25};
   return robot;
 }

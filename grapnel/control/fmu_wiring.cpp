@@ -1,14 +1,14 @@
-#include "grapnel/fmi/fmu_wiring.hpp"
+#include "grapnel/control/fmu_wiring.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "grapnel/text/message_text.hpp"
@@ -23,34 +23,28 @@ constexpr const char* kStart = "start";
 
 // ---- Signals ----
 
-struct Part {
-  const char* name;
-  const char* of_joint;  // as "JOINT.position"; null: none
-  int size;              // 0: per joint; 1: a number
-};
-constexpr std::array<Part, 10> kInputParts = {{{"time", nullptr, 1},
-                                               {"position", "position", 0},
-                                               {"rate", "rate", 0},
-                                               {"desired_position", "desired_position", 0},
-                                               {"desired_rate", "desired_rate", 0},
-                                               {"desired_acceleration", "desired_acceleration", 0},
-                                               {"base_position", nullptr, 3},
-                                               {"base_quaternion_wxyz", nullptr, 4},
-                                               {"base_velocity", nullptr, 3},
-                                               {"base_angular_velocity", nullptr, 3}}};
-constexpr std::array<Part, 2> kOutputParts = {{{"effort", "effort", 0}, {"base_torque", nullptr, 3}}};
-
 using Signals = std::map<std::string, Signal>;
 
-template <std::size_t N>
-Signals signals_of(const std::array<Part, N>& parts, const std::vector<std::string>& joints) {
+// The names of a signal's value: "base_position[k]", "position[i]" and "JOINT.position", "wrench[i,k]" and
+// "EFFECTOR.wrench[k]", from 1.
+std::vector<std::string> value_names(const ControllerSignal& signal, const std::string& owner, std::size_t i, int k) {
+  const bool is_many = signal.size > 1;
+  if (owner.empty()) return {is_many ? fmt::format("{}[{}]", signal.name, k + 1) : std::string(signal.name)};
+  return {is_many ? fmt::format("{}[{},{}]", signal.name, i + 1, k + 1) : fmt::format("{}[{}]", signal.name, i + 1),
+          is_many ? fmt::format("{}.{}[{}]", owner, signal.name, k + 1) : fmt::format("{}.{}", owner, signal.name)};
+}
+
+template <class Table>
+Signals signals_of(const Table& table, const ControlledRobot& robot) {
   Signals signals;
-  for (int p = 0; p < static_cast<int>(N); ++p) {
-    const Part& part = parts[static_cast<std::size_t>(p)];
-    const int size = part.size == 0 ? static_cast<int>(joints.size()) : part.size;
-    for (int i = 0; i < size; ++i) {
-      signals[part.size == 1 ? std::string(part.name) : fmt::format("{}[{}]", part.name, i + 1)] = {p, i};
-      if (part.of_joint) signals[fmt::format("{}.{}", joints[static_cast<std::size_t>(i)], part.of_joint)] = {p, i};
+  for (std::size_t s = 0; s < table.size(); ++s) {
+    const ControllerSignal& signal = table[s].about;
+    const std::vector<std::string> owners = owner_names(signal.owner, robot);
+    std::size_t index = 0;
+    for (std::size_t i = 0; i < owners.size(); ++i) {
+      for (int k = 0; k < signal.size; ++k, ++index) {
+        for (const std::string& name : value_names(signal, owners[i], i, k)) signals[name] = {s, index};
+      }
     }
   }
   return signals;
@@ -183,38 +177,39 @@ class Wirer {
 
 }  // namespace
 
-double seen_value(const grapnel_controller_input& in, const Signal& signal) {
-  const double* const time = &in.time;
-  const std::array<const double*, kInputParts.size()> parts = {time,
-                                                               in.position,
-                                                               in.rate,
-                                                               in.desired_position,
-                                                               in.desired_rate,
-                                                               in.desired_acceleration,
-                                                               in.base_position,
-                                                               in.base_quaternion_wxyz,
-                                                               in.base_velocity,
-                                                               in.base_angular_velocity};
-  return parts[static_cast<std::size_t>(signal.part)][signal.index];
-}
-
-Wiring wire(const Fmu& fmu, const std::string& inputs, const std::string& outputs,
-            const std::vector<std::string>& joints, bool commands_base, std::vector<FmuMisfit>& misfits) {
+Wiring wire(const Fmu& fmu, const std::string& inputs, const std::string& outputs, const ControlledRobot& robot,
+            std::vector<FmuMisfit>& misfits) {
   Wirer wirer(fmu, misfits);
   Wiring wiring;
-  wiring.inputs = wirer.connect("inputs", "input", inputs, signals_of(kInputParts, joints), wiring.constants);
-  wiring.outputs = wirer.connect("outputs", "output", outputs, signals_of(kOutputParts, joints), wiring.constants);
+  wiring.inputs = wirer.connect("inputs", "input", inputs, signals_of(input_signals, robot), wiring.constants);
+  wiring.outputs = wirer.connect("outputs", "output", outputs, signals_of(command_signals, robot), wiring.constants);
+  std::set<Signal> unread;
+  for (const Signal& input : wiring.inputs.signals) {
+    const InputSignal& signal = input_signals.at(input.signal);
+    const std::size_t owner = input.index / static_cast<std::size_t>(signal.about.size);
+    if (is_sensed(signal, owner, robot) || !unread.insert({input.signal, owner}).second) continue;
+    misfits.push_back({"fmu", "",
+                       fmt::format("{}: its input {} of {} {} is not measured; add the sensor to sensors.{}",
+                                   fmu.named(), signal.about.name, owner_name(signal.about.owner),
+                                   in_quotes(owner_names(signal.about.owner, robot)[owner]),
+                                   signal.about.owner == SignalOwner::target ? "relative_pose" : "force_torque")});
+  }
   const auto is_output = [&](const Signal& signal) {
     const auto& all = wiring.outputs.signals;
     return std::find(all.begin(), all.end(), signal) != all.end();
   };
   std::vector<std::string> missing;
-  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
-    if (!is_output({kEffortPart, j}))
-      missing.push_back(fmt::format("effort[{}], of joint {}", j + 1, in_quotes(joints[static_cast<std::size_t>(j)])));
-  }
-  for (int k = 0; k < 3 && commands_base; ++k) {
-    if (!is_output({kBaseTorquePart, k})) missing.push_back(fmt::format("base_torque[{}]", k + 1));
+  for (std::size_t c = 0; c < kCommandSignals; ++c) {
+    const ControllerSignal& signal = command_signals[c].about;
+    if (!is_commanded(command_signals[c], robot)) continue;
+    const std::vector<std::string> owners = owner_names(signal.owner, robot);
+    const auto size = static_cast<std::size_t>(signal.size);
+    for (std::size_t index = 0; index < owners.size() * size; ++index) {
+      if (is_output({c, index})) continue;
+      const std::string& owner = owners[index / size];
+      missing.push_back(value_names(signal, owner, index / size, static_cast<int>(index % size)).front() +
+                        (owner.empty() ? "" : fmt::format(", of {} {}", owner_name(signal.owner), in_quotes(owner))));
+    }
   }
   for (const std::string& what : missing)
     misfits.push_back(

@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "grapnel/fmi/fmi_functions.hpp"
-#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/control/fmi_functions.hpp"
+#include "grapnel/control/fmu.hpp"
 
 namespace grapnel::fmi {
 

@@ -10,9 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/fmi/fmu.hpp"
-#include "grapnel/plugin/plugin_controller.hpp"
-#include "grapnel/simulate/controller_source.hpp"
+#include "grapnel/control/fmu.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 namespace grapnel::fmi {
 
@@ -22,10 +21,8 @@ struct FmuMisfit {
   std::string text;
 };
 
-/// Creates controllers from an FMU. Signals, with i from 1 on in the order of the robot's joints. Inputs: time,
-/// position[i], rate[i], desired_position[i], desired_rate[i], desired_acceleration[i], base_position[1..3],
-/// base_quaternion_wxyz[1..4], base_velocity[1..3], base_angular_velocity[1..3]. Outputs: effort[i], base_torque[1..3].
-/// Units and frames as in grapnel_controller.h. JOINT.position may replace position[i].
+/// Creates controllers from an FMU. Its signals are those of controller_signals.hpp: NAME[i] or OWNER.NAME of one
+/// number per owner, NAME[k] of the run or the base, NAME[i,k] or OWNER.NAME[k] of several numbers per owner, from 1.
 class FmuControllers final : public ControllerSource {
  public:
   /// `inputs`, `outputs`: JSON objects {variable: signal}; a variable that they do not name is the signal of the same
@@ -33,10 +30,9 @@ class FmuControllers final : public ControllerSource {
   /// start value. Unnamed inputs that are not real numbers keep their start values, too. @throws FmuError.
   FmuControllers(const std::string& file, const std::string& shown, std::string inputs, std::string outputs);
 
-  /// All mismatches: inputs without a value, efforts of joints (and the base's torque) that are no output, names, types
-  /// and causalities, parameters, the period.
-  std::vector<FmuMisfit> misfits(const std::vector<std::string>& joints, const std::string& parameters,
-                                 bool commands_base, double period) const;
+  /// All mismatches: inputs without a value or a sensor, commands that are no output, names, types and causalities,
+  /// parameters, the period. Of `robot` the names are used.
+  std::vector<FmuMisfit> misfits(const ControlledRobot& robot, const std::string& parameters, double period) const;
   std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters, ControlledRobot robot,
                                    const Model& model) const override;
   bool one_at_a_time() const override { return fmu_->model().once_per_process; }

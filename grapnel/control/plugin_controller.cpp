@@ -1,4 +1,4 @@
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -7,13 +7,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "grapnel/control/guarded_call.hpp"
+#include "grapnel/control/plugin_ends.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
-#include "grapnel/plugin/guarded_call.hpp"
-#include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
@@ -57,7 +56,11 @@ Json robot_json(const ControlledRobot& robot, const Model& model) {
   return {{"base", {{"name", robot.base}, {"is_free", model.has_free_root(base)}}},
           {"joints", joints},
           {"bodies", bodies},
-          {"end_effectors", robot.end_effectors}};
+          {"end_effectors", owner_names(SignalOwner::end_effector, robot)},
+          {"wheels", owner_names(SignalOwner::wheel, robot)},
+          {"gyros", owner_names(SignalOwner::gyro, robot)},
+          {"thrusters", robot.thrusters},
+          {"targets", owner_names(SignalOwner::target, robot)}};
 }
 
 // --- Queries available to a plugin ---
@@ -214,19 +217,19 @@ std::string plugin_fault(const std::string& file, const std::string& shown) {
 
 PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugin, const ControlTiming& timing,
                                    const std::string& parameters, ControlledRobot robot, const Model& model)
-    : plugin_(std::move(plugin)),
-      robot_(std::move(robot)),
-      position_(robot_.joints.size()),
-      rate_(position_),
-      desired_position_(position_),
-      desired_rate_(position_),
-      desired_acceleration_(position_),
-      effort_(position_) {
+    : plugin_(std::move(plugin)), sample_(std::move(robot)), command_(sample_.robot()) {
   end_late_plugins();
-  const std::string description = robot_json(robot_, model).dump();
-  const grapnel_controller_setup setup{
-      sizeof(setup), parameters.c_str(), description.c_str(),         static_cast<int>(robot_.joints.size()),
-      timing.period, timing.delay,       robot_.commands_base ? 1 : 0};
+  const ControlledRobot& controlled = sample_.robot();
+  const std::string description = robot_json(controlled, model).dump();
+  const grapnel_controller_setup setup{sizeof(setup),
+                                       parameters.c_str(),
+                                       description.c_str(),
+                                       static_cast<int>(controlled.joints.size()),
+                                       timing.period,
+                                       timing.delay,
+                                       controlled.commands_base ? 1 : 0,
+                                       0,
+                                       controlled.commands_actuators ? 1 : 0};
   std::array<char, 1024> error{};
   const int failed = guarded(plugin_->named(), "create", 0, [&] {
     return plugin_->functions().create(&setup, &instance_, error.data(), error.size());
@@ -253,106 +256,59 @@ void PluginController::fail(const char* what, double time) const {
 
 void PluginController::begin_segment(const Model& model, double time) {
   time_ = time;
-  base_ = model.body_index(robot_.base);
-  joints_.clear();
+  sample_.begin_segment(model);
   velocities_.clear();
-  const int first = model.bodies()[base_].v;
-  if (model.has_free_root(base_)) {
+  const int first = model.bodies()[sample_.base()].v;
+  if (model.has_free_root(sample_.base())) {
     for (int k = 0; k < 6; ++k) velocities_.push_back(first + k);
   }
-  for (const std::string& name : robot_.joints) {
-    joints_.push_back(static_cast<int>(joint_named(model, name)));
-    velocities_.push_back(model.bodies()[model.joints()[joints_.back()]].v);
-  }
-  wheels_.clear();
-  for (const std::string& name : robot_.wheels)
-    wheels_.push_back(model.bodies()[model.joints()[joint_named(model, name)]].v);
-  for (const int v : joint_velocities(model, base_)) {
+  for (const std::size_t joint : sample_.joints()) velocities_.push_back(model.bodies()[model.joints()[joint]].v);
+  for (const int v : joint_velocities(model, sample_.base())) {
     if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
   }
-  if (++segment_ > 0 || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
+  if (std::exchange(has_begun_, true) || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
   if (guarded(plugin_->named(), "reset", time, [&] { return plugin_->functions().reset(instance_, time); }) != 0)
     fail("reset", time);
 }
 
-void PluginController::gather(const ControlInput& input) {
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
-    const JointPoint &sensed = input.sensed[joints_[j]], &desired = input.reference[joints_[j]];
-    position_[j] = sensed.position, rate_[j] = sensed.rate;
-    desired_position_[j] = desired.position, desired_rate_[j] = desired.rate;
-    desired_acceleration_[j] = desired.acceleration;
-  }
-  std::fill(effort_.begin(), effort_.end(), 0.0);
-}
-
-// Sensor readings beyond the state.
-void PluginController::gather_readings(const ControlInput& input) {
-  wheel_rate_.clear(), target_pose_.clear(), target_motion_.clear();
-  wrench_.assign(6 * robot_.end_effectors.size(), std::numeric_limits<double>::quiet_NaN());
-  for (const int v : wheels_) wheel_rate_.push_back(input.state.v[v]);
-  if (!input.readings) return;
-  const auto add = [](std::vector<double>& list, const Vector3d& x) { list.insert(list.end(), x.e, x.e + 3); };
-  wrench_.clear();
-  for (const Wrenchd& F : input.readings->wrists) add(wrench_, F.linear), add(wrench_, F.angular);
-  for (const SensorReadings::Target& target : input.readings->targets) {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    const bool is_read = std::isfinite(target.X_BT.R(0, 0));
-    const Quaterniond q = is_read ? quaternion_from(target.X_BT.R) : Quaterniond{nan, nan, nan, nan};
-    add(target_pose_, target.X_BT.p);
-    target_pose_.insert(target_pose_.end(), {q.w, q.x, q.y, q.z});
-    add(target_motion_, target.V_BT.linear), add(target_motion_, target.V_BT.angular);
-  }
-}
-
 void PluginController::update(const ControlInput& input, ControlCommand& command) {
   time_ = input.time;
-  gather(input);
-  gather_readings(input);
-  const Posed X_WB = root_pose(input.model, input.state, base_);
-  const Twistd V_WB = root_twist(input.model, input.state, base_);
-  const Quaterniond q = quaternion_from(X_WB.R);
-  const Vector3d p = X_WB.p + robot_.origin + input.time * robot_.velocity, v = V_WB.linear + robot_.velocity;
-  const Vector3d w = transpose(X_WB.R) * V_WB.angular;
-  const grapnel_controller_input in{sizeof(in),
-                                    input.time,
-                                    segment_,
-                                    static_cast<int>(joints_.size()),
-                                    position_.data(),
-                                    rate_.data(),
-                                    desired_position_.data(),
-                                    desired_rate_.data(),
-                                    desired_acceleration_.data(),
-                                    {p[0], p[1], p[2]},
-                                    {q.w, q.x, q.y, q.z},
-                                    {v[0], v[1], v[2]},
-                                    {w[0], w[1], w[2]},
-                                    static_cast<int>(wrench_.size() / 6),
-                                    wrench_.data(),
-                                    static_cast<int>(wheel_rate_.size()),
-                                    wheel_rate_.data(),
-                                    static_cast<int>(target_pose_.size() / 7),
-                                    target_pose_.data(),
-                                    target_motion_.data()};
-  const QueryContext context{input.model, input.state, robot_,
-                             base_,       velocities_, input.model.has_free_root(base_) ? 6 : 0};
+  sample_.read(input);
+  command_.clear();
+  const ControlledRobot& robot = sample_.robot();
+  const int base = sample_.base();
+  const grapnel_controller_input in = sample_.in_c();
+  const QueryContext context{input.model, input.state, robot,
+                             base,        velocities_, input.model.has_free_root(base) ? 6 : 0};
   const grapnel_controller_access access{sizeof(access), &context,         count_velocities, provide_mass_matrix,
                                          provide_bias,   provide_momentum, provide_jacobian};
-  grapnel_controller_output out{sizeof(out), effort_.data(), {0, 0, 0}};
+  grapnel_controller_output out = command_.in_c();
   const int failed = guarded(plugin_->named(), "update", input.time,
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
   if (failed != 0) fail("update", input.time);
-  const auto refuse = [&](const std::string& what) {
-    throw ControllerError(
-        fmt::format("at t = {:.9g} s {} returns {}, which is not finite", input.time, plugin_->named(), what));
-  };
-  for (std::size_t j = 0; j < joints_.size(); ++j) {
-    if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));
+  command_.take(out);
+  check_finite(input.time);
+  command_.apply(robot, sample_.joints(), command);
+}
+
+// Reports the first command that is not finite.
+void PluginController::check_finite(double time) {
+  for (std::size_t c = 0; c < kCommandSignals; ++c) {
+    const ControllerSignal& signal = command_signals[c].about;
+    if (!is_commanded(command_signals[c], sample_.robot())) continue;
+    for (std::size_t i = 0; i < command_[c].size(); ++i) {
+      const double value = command_[c][i];
+      if (std::isfinite(value)) continue;
+      const std::vector<std::string> owners = owner_names(signal.owner, sample_.robot());
+      const std::string what =
+          signal.owner == SignalOwner::joint ? fmt::format("an effort of {} at joint '{}'", value, owners[i])
+          : signal.owner == SignalOwner::base
+              ? fmt::format("a torque of {} N m on the base", value)
+              : fmt::format("a {} of {} at {} '{}'", signal.name, value, owner_name(signal.owner), owners[i]);
+      throw ControllerError(
+          fmt::format("at t = {:.9g} s {} returns {}, which is not finite", time, plugin_->named(), what));
+    }
   }
-  for (const double torque : out.base_torque) {
-    if (robot_.commands_base && !std::isfinite(torque)) refuse(fmt::format("a torque of {} N m on the base", torque));
-  }
-  for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = effort_[j];
-  command.base_torque = {out.base_torque[0], out.base_torque[1], out.base_torque[2]};
 }
 
 std::vector<unsigned char> PluginController::save() {

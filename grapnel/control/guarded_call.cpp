@@ -1,4 +1,4 @@
-#include "grapnel/plugin/guarded_call.hpp"
+#include "grapnel/control/guarded_call.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

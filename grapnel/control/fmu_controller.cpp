@@ -1,19 +1,16 @@
-#include "grapnel/fmi/fmu_controller.hpp"
+#include "grapnel/control/fmu_controller.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "grapnel/fmi/fmu_instance.hpp"
-#include "grapnel/fmi/fmu_wiring.hpp"
+#include "grapnel/control/fmu_instance.hpp"
+#include "grapnel/control/fmu_wiring.hpp"
 
 namespace grapnel::fmi {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // ---- A controller by the C interface ----
 
@@ -44,8 +41,10 @@ void sample(FmuState& own, const grapnel_controller_input& in, grapnel_controlle
     const double steps = std::max(1.0, std::round((in.time - own.time) / own.period));
     for (double k = 0; k < steps; ++k) fmu.step(own.time + k * own.period, own.period);
   }
-  for (std::size_t i = 0; i < own.input_values.size(); ++i)
-    own.input_values[i] = seen_value(in, own.wiring.inputs.signals[i]);
+  for (std::size_t i = 0; i < own.input_values.size(); ++i) {
+    const Signal& signal = own.wiring.inputs.signals[i];
+    own.input_values[i] = input_signals.at(signal.signal).value(in, signal.index);
+  }
   if (!own.is_initialized) {
     fmu.begin_initialization(in.time);
     for (const Constant& constant : own.wiring.constants) set_constant(fmu, constant);
@@ -58,22 +57,19 @@ void sample(FmuState& own, const grapnel_controller_input& in, grapnel_controlle
   own.time = in.time;
   for (std::size_t i = 0; i < own.output_values.size(); ++i) {
     const Signal& signal = own.wiring.outputs.signals[i];
-    (signal.part == kEffortPart ? out.effort : out.base_torque)[signal.index] = own.output_values[i];
+    command_signals.at(signal.signal).values(out)[signal.index] = own.output_values[i];
   }
 }
 
-// The FMU that create() instantiates: create() is called on the thread that requests the controller.
+// The FMU that create() instantiates, and its robot: create() is called on the thread that requests the controller.
 thread_local const FmuControllers* t_source = nullptr;
+thread_local const ControlledRobot* t_robot = nullptr;
 
 int create(const grapnel_controller_setup* setup, void** instance, char* error, std::size_t error_size) {
   try {
     auto own = std::make_unique<FmuState>();
-    std::vector<std::string> joints;
-    const Json model = Json::parse(setup->model);
-    for (const Json& joint : model["joints"]) joints.push_back(joint["name"].get<std::string>());
     std::vector<FmuMisfit> misfits;
-    own->wiring =
-        wire(*t_source->fmu(), t_source->inputs(), t_source->outputs(), joints, setup->base_torque != 0, misfits);
+    own->wiring = wire(*t_source->fmu(), t_source->inputs(), t_source->outputs(), *t_robot, misfits);
     const std::vector<Constant> parameters = parameters_of(*t_source->fmu(), setup->parameters, misfits);
     if (!misfits.empty()) throw FmuError(misfits.front().text);
     own->period = setup->period;
@@ -122,10 +118,10 @@ FmuControllers::FmuControllers(const std::string& file, const std::string& shown
       outputs_(std::move(outputs)),
       functions_(std::make_shared<const ControllerPlugin>(kFunctions, fmu_->named())) {}
 
-std::vector<FmuMisfit> FmuControllers::misfits(const std::vector<std::string>& joints, const std::string& parameters,
-                                               bool commands_base, double period) const {
+std::vector<FmuMisfit> FmuControllers::misfits(const ControlledRobot& robot, const std::string& parameters,
+                                               double period) const {
   std::vector<FmuMisfit> found;
-  wire(*fmu_, inputs_, outputs_, joints, commands_base, found);
+  wire(*fmu_, inputs_, outputs_, robot, found);
   parameters_of(*fmu_, parameters, found);
   check_period(*fmu_, period, found);
   return found;
@@ -133,8 +129,8 @@ std::vector<FmuMisfit> FmuControllers::misfits(const std::vector<std::string>& j
 
 std::shared_ptr<Controller> FmuControllers::make(const ControlTiming& timing, const std::string& parameters,
                                                  ControlledRobot robot, const Model& model) const {
-  t_source = this;
-  return std::make_shared<PluginController>(functions_, timing, parameters, std::move(robot), model);
+  t_source = this, t_robot = &robot;
+  return std::make_shared<PluginController>(functions_, timing, parameters, robot, model);
 }
 
 }  // namespace grapnel::fmi

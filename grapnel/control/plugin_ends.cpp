@@ -1,4 +1,4 @@
-#include "grapnel/plugin/plugin_ends.hpp"
+#include "grapnel/control/plugin_ends.hpp"
 
 #include <algorithm>
 #include <exception>

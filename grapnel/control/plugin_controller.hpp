@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/plugin/grapnel_controller.h"
-#include "grapnel/simulate/controller_source.hpp"
+#include "grapnel/control/controller_signals.hpp"
 
 namespace grapnel {
 
@@ -62,20 +61,15 @@ class PluginController final : public Controller {
 
  private:
   [[noreturn]] void fail(const char* what, double time) const;
-  void gather(const ControlInput& input);
-  void gather_readings(const ControlInput& input);
+  void check_finite(double time);
 
   std::shared_ptr<const ControllerPlugin> plugin_;
-  ControlledRobot robot_;
+  ControllerSample sample_;
+  ControllerCommand command_;
   void* instance_ = nullptr;
-  int segment_ = -1;
+  bool has_begun_ = false;
   double time_ = 0;
-  int base_ = -1;                // body
-  std::vector<int> joints_;      // positions in Model::joints()
   std::vector<int> velocities_;  // indices in State::v, in the order in which plugins see them
-  std::vector<double> position_, rate_, desired_position_, desired_rate_, desired_acceleration_, effort_;
-  std::vector<int> wheels_;  // indices in State::v
-  std::vector<double> wrench_, wheel_rate_, target_pose_, target_motion_;
 };
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/fmi/fmu_instance.hpp"
+#include "grapnel/control/fmu_instance.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "grapnel/plugin/guarded_call.hpp"
+#include "grapnel/control/guarded_call.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel::fmi {

@@ -8,7 +8,7 @@
 #include <cfenv>
 #include <string>
 
-#include "grapnel/plugin/plugin_crash.hpp"
+#include "grapnel/control/plugin_crash.hpp"
 #include "grapnel/simulate/controller.hpp"
 
 namespace grapnel {

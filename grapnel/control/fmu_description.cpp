@@ -1,4 +1,4 @@
-#include "grapnel/fmi/model_description.hpp"
+#include "grapnel/control/fmu_description.hpp"
 
 #include <fmt/format.h>
 

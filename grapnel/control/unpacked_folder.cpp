@@ -1,4 +1,4 @@
-#include "grapnel/fmi/unpacked_folder.hpp"
+#include "grapnel/control/unpacked_folder.hpp"
 
 #include <fcntl.h>
 #include <spawn.h>

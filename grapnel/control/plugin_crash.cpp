@@ -1,4 +1,4 @@
-#include "grapnel/plugin/plugin_crash.hpp"
+#include "grapnel/control/plugin_crash.hpp"
 
 #include <fmt/format.h>
 #include <pthread.h>

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "grapnel/fmi/model_description.hpp"
-#include "grapnel/fmi/unpacked_folder.hpp"
+#include "grapnel/control/fmu_description.hpp"
+#include "grapnel/control/unpacked_folder.hpp"
 
 namespace grapnel::fmi {
 
@@ -48,9 +48,5 @@ class Fmu {
   void* library_ = nullptr;
   std::shared_ptr<Turn> turn_;
 };
-
-/// Writes a ZIP archive with the files of a folder, by their names in it. The same files give the same archive. @throws
-/// FmuError.
-void zip_folder(const std::filesystem::path& folder, const std::filesystem::path& archive);
 
 }  // namespace grapnel::fmi
