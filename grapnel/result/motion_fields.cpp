@@ -1,5 +1,6 @@
 // The fields of summary.json about motion of bodies and joints, plans, and closed or missed grasps.
 #include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 
@@ -233,6 +234,8 @@ const Type& type_of<WindowReport>() {
       field<&P::time>("time", "s", "selected capture time; null: none is reachable").or_null(),
       field<&P::not_before>("not_before", "s", "no grasp is reachable before this time, by distance alone"),
       field<&P::points>("points", "all evaluated times, in ascending order"),
+      derived<[](const P& p) { return window_sentence(p); }>("sentence", "",
+                                                             "the selection, as printed on the terminal"),
   };
   static constexpr Type type =
       structure<P>("WindowReport", "capture times within the window, and the selected time.", fields);

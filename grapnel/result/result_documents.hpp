@@ -107,6 +107,14 @@ const Type& type_of<RestReport>();
 template <>
 const Type& type_of<StopImpact>();
 template <>
+const Type& type_of<WheelReport>();
+template <>
+const Type& type_of<GyrosReport>();
+template <>
+const Type& type_of<ThrusterReport>();
+template <>
+const Type& type_of<ThrustersReport>();
+template <>
 const Type& type_of<BaseHoldReport>();
 template <>
 const Type& type_of<ImpedanceReport>();

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
@@ -21,18 +20,12 @@ std::string vector(const Vector3d& v) {
   return "[" + component(v[0]) + ", " + component(v[1]) + ", " + component(v[2]) + "]";
 }
 
-/// "left -> debris/handle"
-std::string grasp(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {
-  if (target.empty()) return end_effector;
-  return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
-}
-
 // The verdict, then the reasons for which grasps did not close.
 std::string capture_lines(const CaptureResult& result) {
   if (result.grasps.empty()) return "";
   std::string out = paragraph(capture_sentence(result), "");
   for (const GraspOutcome& g : result.grasps) {
-    if (!g.captured) out += paragraph(grasp(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
+    if (!g.captured) out += paragraph(grasp_name(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
   }
   return out;
 }
@@ -41,33 +34,8 @@ std::string capture_lines(const CaptureResult& result) {
 std::string feasibility_lines(const CaptureResult& result) {
   std::string out = paragraph(feasibility_sentence(result), "");
   if (result.ledger.feasibility() != Verdict::no) return out;
-  const std::vector<GradedViolation> all = violations_of(result);
-  for (const GradedViolation& v : worst_by_phase(all)) {
-    std::set<std::string> whats;
-    for (const GradedViolation& other : all) {
-      if (other.phase == v.phase && other.what != v.what) whats.insert(other.what);
-    }
-    std::string text = fmt::format("worst in {}: {} at t = {} s", v.phase, v.worst, short_number(v.worst_time));
-    if (!whats.empty()) text += fmt::format("; {} more, see summary.json", whats.size());
-    out += paragraph(text, "  ");
-  }
-  for (const std::string& text : not_checked_texts(result.ledger)) out += paragraph("not checked: " + text, "  ");
+  for (const Remark& remark : violation_remarks(result)) out += paragraph(remark.of + ": " + remark.text, "  ");
   return out;
-}
-
-std::string ledger_line(const CaptureResult& result) {
-  int checked = 0, failing = 0;
-  for (const LedgerEntry& e : result.ledger.entries) {
-    if (e.kind == LedgerEntry::Kind::feasibility || !e.applies) continue;
-    ++checked;
-    failing += !e.pass();
-  }
-  if (checked == 0) return "ledger: empty\n";
-  return failing > 0
-             ? fmt::format(
-                   "ledger: FAILS, {} of {} conserved quantities outside their bounds: the result is not valid\n",
-                   failing, checked)
-             : "ledger: every conserved quantity is within its bound\n";
 }
 
 std::string verdict(const CaptureResult& result) {
@@ -84,7 +52,7 @@ std::string verdict(const CaptureResult& result) {
       break;
   }
   std::string out = paragraph(result.scenario_name + ": " + text, "");
-  out += capture_lines(result) + worst_margin_line(result) + ledger_line(result);
+  out += capture_lines(result) + worst_margin_line(result) + ledger_sentence(result.ledger) + "\n";
   if (!result.ledger.entries.empty()) out += feasibility_lines(result);
   for (const std::string& sentence :
        {ratings_sentence(result), saturation_sentence(result), stability_sentence(result), rest_sentence(result)}) {
@@ -103,18 +71,7 @@ std::string beyond(const CaptureResult& result, double time) {
 // The selected capture time, if the planner searched for it.
 std::string window_line(const CaptureResult& result) {
   if (!result.plan || !result.plan->window || result.plan->window->points.empty()) return "";
-  const WindowReport& window = *result.plan->window;
-  const auto reached = std::count_if(window.points.begin(), window.points.end(),
-                                     [](const WindowPoint& point) { return point.reachable; });
-  const std::string times =
-      fmt::format("{} times between {} and {} s", window.points.size(), short_number(window.points.front().time),
-                  short_number(window.points.back().time));
-  std::string text = std::isnan(window.time) ? fmt::format("none of {} is reachable", times)
-                                             : fmt::format("capture at t = {} s, selected from {}; {} reachable",
-                                                           short_number(window.time), times, reached);
-  if (window.not_before)
-    text += fmt::format("; by distance alone, none before t = {} s", short_number(*window.not_before));
-  return "\n" + paragraph("window: " + text, "");
+  return "\n" + paragraph("window: " + window_sentence(*result.plan->window), "");
 }
 
 // The terms of the objective, and the margins of the planned trajectory to its constraints.
@@ -320,7 +277,7 @@ std::string approach_table(const CaptureResult& result) {
   for (const EndEffectorMotion& e : end.end_effectors) {
     if (e.target.empty()) continue;
     any = true;
-    table.row({grasp(e.name, e.target, e.grasp_point), short_number(e.miss_distance),
+    table.row({grasp_name(e.name, e.target, e.grasp_point), short_number(e.miss_distance),
                short_number(norm(e.relative_velocity)), short_number(norm(e.relative_angular_velocity))});
   }
   if (any) out += table.text();
@@ -358,7 +315,7 @@ std::string grasp_table(const ImpactReport& impact) {
   for (const GraspImpulse& g : impact.grasps) {
     const std::string mark = all_of(g.determined) ? "" : " *";
     all_determined = all_determined && all_of(g.determined);
-    row({grasp(g.end_effector, g.target, g.grasp_point) + mark, short_number(g.impulse_magnitude),
+    row({grasp_name(g.end_effector, g.target, g.grasp_point) + mark, short_number(g.impulse_magnitude),
          published_impulse(impact, g.end_effector), short_number(norm(g.angular_impulse)), short_number(g.mean_force),
          short_number(g.gap), short_number(norm(g.relative_velocity_before))});
   }
@@ -384,7 +341,7 @@ std::string rebound_table(const ImpactReport& impact) {
     if (!g.rebound) continue;
     any = true;
     const ContactRebound& r = *g.rebound;
-    table.row({grasp(g.end_effector, g.target, g.grasp_point), short_number(r.normal_impulse),
+    table.row({grasp_name(g.end_effector, g.target, g.grasp_point), short_number(r.normal_impulse),
                short_number(norm(r.tangential_impulse)), short_number(norm(g.relative_velocity_after)),
                fmt::format("{}", fmt::join(r.modes, ", "))});
   }
@@ -401,7 +358,7 @@ std::string profile_table(const ImpactReport& impact) {
     if (!g.profile) continue;
     any = true;
     const ForceProfile& p = *g.profile;
-    table.row({grasp(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
+    table.row({grasp_name(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
                short_number(p.peak_force_time), short_number(p.peak_moment), short_number(p.largest_deformation),
                short_number(p.duration), short_number(p.energy_lost)});
   }
@@ -569,7 +526,7 @@ std::string load_table(const CaptureResult& result) {
   for (const GraspLoad& load : result.grasp_loads) {
     const std::string mark = all_of(load.determined) ? "" : " *";
     all_determined = all_determined && all_of(load.determined);
-    table.row({grasp(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
+    table.row({grasp_name(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
                short_number(load.force_time), short_number(load.largest_moment), short_number(load.moment_time)});
   }
   std::string out = "\n" + table.text();

@@ -228,6 +228,40 @@ const Type& type_of<Feasibility>() {
   return type;
 }
 
+// ---- Verdicts ----
+
+template <>
+const Type& type_of<Tone>() {
+  static constexpr Choice choices[] = {choice(Tone::good, "good"), choice(Tone::bad, "bad"), choice(Tone::warn, "warn"),
+                                       choice(Tone::none, "none", "nothing was evaluated.")};
+  static constexpr Type type = enumeration<Tone>("Tone", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<Remark>() {
+  static constexpr Field fields[] = {
+      field<&Remark::tone>("tone", "kind of the remark."),
+      field<&Remark::of>("of", "subject of the remark; may be empty"),
+      field<&Remark::text>("text", "the remark"),
+  };
+  static constexpr Type type = structure<Remark>("Remark", "a line below a verdict.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Answer>() {
+  static constexpr Field fields[] = {
+      field<&Answer::question>("question", "`Capture`, `Ledger`, `Feasibility` or `Loads and control`"),
+      field<&Answer::tone>("tone", "kind of the answer."),
+      field<&Answer::word>("word", "the answer in one to three words"),
+      field<&Answer::sentence>("sentence", "the reason"),
+      field<&Answer::remarks>("remarks", "grasps, failed checks, worst violations or further findings, one each"),
+  };
+  static constexpr Type type = structure<Answer>("Answer", "the answer of the result to one question.", fields);
+  return type;
+}
+
 // ---- The ledger ----
 
 template <>
@@ -518,7 +552,12 @@ const Type& type_of<Summary>() {
 > ("failure", "", "body, time and condition of a failure; else empty"), derived < [](const S& s) -> auto& {
   return s.result.warnings;
 }
-> ("warnings", "", "warnings about the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
+> ("warnings", "", "warnings about the result"),
+    derived<[](const S& s) { return answers_of(s.result); }>("verdicts", "",
+                                                             "answers of the result, as reports show them"),
+    derived < [](const S& s) -> auto& {
+  return s.result.orbit;
+}
 > ("orbit", "", "orbit of the frame W; absent without one"), derived < [](const S& s) -> auto& {
   return s.result.elastic;
 }

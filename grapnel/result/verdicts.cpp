@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include "grapnel/result/text_table.hpp"
@@ -28,6 +29,11 @@ std::string moved_words(const CaptureResult& result) {
     moves.push_back(fmt::format("{} {}", g.target, length_text(g.target_moved)));
   }
   return moves.empty() ? "" : ", by moving " + listed(moves);
+}
+
+// Bodies overlap before the capture.
+bool is_beyond_validity(const CaptureResult& result) {
+  return result.valid_until && *result.valid_until < result.capture_time;
 }
 
 // Severities: overlaps first.
@@ -99,15 +105,54 @@ std::string satisfied_words(const Ledger& ledger) {
   return text;
 }
 
-std::string infeasible_sentence(const CaptureResult& result) {
-  std::string text = "feasible: NO";
-  if (result.valid_until) text += fmt::format(", valid until {} s", short_number(*result.valid_until));
+// "valid until 35.46 s: base and debris overlap from then on (post_impact)"
+std::string infeasible_reason(const CaptureResult& result) {
+  std::string text = result.valid_until ? fmt::format("valid until {} s", short_number(*result.valid_until)) : "";
   if (!result.first_violation) return text;
   const Violation& first = *result.first_violation;
-  if (first.kind == "overlap") return text + fmt::format(": {} from then on ({})", first.what, first.phase);
-  text += fmt::format("{} first {} at t = {} s ({})", result.valid_until ? ", where bodies overlap;" : ":", first.what,
-                      short_number(first.time), first.phase);
-  return text;
+  if (first.kind == "overlap")
+    return text + fmt::format("{}{} from then on ({})", text.empty() ? "" : ": ", first.what, first.phase);
+  return text + fmt::format("{}first {} at t = {} s ({})", text.empty() ? "" : ", where bodies overlap; ", first.what,
+                            short_number(first.time), first.phase);
+}
+
+// What the verdict rests on.
+std::string feasibility_reason(const CaptureResult& result) {
+  const Verdict verdict = result.ledger.feasibility();
+  if (verdict == Verdict::no) return infeasible_reason(result);
+  if (verdict == Verdict::yes) return satisfied_words(result.ledger);
+  const std::vector<std::string> texts = not_checked_texts(result.ledger);
+  return texts.empty() ? "there is nothing to check" : fmt::format("{}", fmt::join(texts, "; "));
+}
+
+// Parts of the verdict on the capture.
+struct CaptureWords {
+  std::string moved;   // ", by moving debris 106 mm"
+  std::string facts;   // "1 of 1 grasps, t = 20 s, gap 106 mm"
+  std::string doubts;  // ": no capture envelope is given for left"
+};
+
+CaptureWords capture_words(const CaptureResult& result) {
+  const bool captured = result.captured();
+  std::size_t closed = 0;
+  double gap = 0;
+  std::vector<std::string> unjudged;
+  for (const GraspOutcome& g : result.grasps) {
+    closed += g.captured;
+    // Of the decisive grasps: all that closed, or those that did not.
+    if (g.captured == captured && !(g.distance <= gap)) gap = g.distance;
+    if (g.captured && !g.judged) unjudged.push_back(g.end_effector);
+  }
+  CaptureWords words;
+  if (captured) words.moved = moved_words(result);
+  words.facts =
+      fmt::format("{} of {} grasps, t = {} s, {} {}", closed, result.grasps.size(), short_number(result.capture_time),
+                  result.grasps.size() == 1 ? "gap" : "largest gap", length_text(gap));
+  if (!unjudged.empty()) words.doubts = fmt::format(": no capture envelope is given for {}", listed(unjudged));
+  if (is_beyond_validity(result))
+    words.doubts +=
+        fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));
+  return words;
 }
 
 }  // namespace
@@ -116,27 +161,16 @@ std::string length_text(double metres) {
   return metres >= 1e-6 && metres < 1 ? fmt::format("{:.3g} mm", 1e3 * metres) : fmt::format("{:.3g} m", metres);
 }
 
+std::string grasp_name(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {
+  if (target.empty()) return end_effector;
+  return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
+}
+
 std::string capture_sentence(const CaptureResult& result) {
   if (result.grasps.empty()) return "";
-  const Captured verdict = result.capture_verdict();
-  std::size_t closed = 0;
-  double gap = 0;
-  std::vector<std::string> unjudged;
-  for (const GraspOutcome& g : result.grasps) {
-    closed += g.captured;
-    // Of the decisive grasps: all that closed, or those that did not.
-    if (g.captured == (verdict != Captured::no) && !(g.distance <= gap)) gap = g.distance;
-    if (g.captured && !g.judged) unjudged.push_back(g.end_effector);
-  }
-  std::string text = fmt::format("captured: {}", verdict == Captured::no ? "NO" : name_of(verdict));
-  if (verdict != Captured::no) text += moved_words(result);
-  text += fmt::format(" ({} of {} grasps, t = {} s, {} {})", closed, result.grasps.size(),
-                      short_number(result.capture_time), result.grasps.size() == 1 ? "gap" : "largest gap",
-                      length_text(gap));
-  if (!unjudged.empty()) text += fmt::format(": no capture envelope is given for {}", listed(unjudged));
-  if (result.valid_until && *result.valid_until < result.capture_time)
-    text += fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));
-  return text;
+  const CaptureWords words = capture_words(result);
+  return fmt::format("captured: {}{} ({}){}", result.captured() ? name_of(result.capture_verdict()) : "NO", words.moved,
+                     words.facts, words.doubts);
 }
 
 std::vector<GradedViolation> violations_of(const CaptureResult& result) {
@@ -297,6 +331,20 @@ std::string rest_sentence(const CaptureResult& result) {
                       : fmt::format("at rest: NO; at the end {}", rates);
 }
 
+std::string window_sentence(const WindowReport& window) {
+  if (window.points.empty()) return "";
+  const std::string times =
+      fmt::format("{} times between {} and {} s", window.points.size(), short_number(window.points.front().time),
+                  short_number(window.points.back().time));
+  std::string text = std::isnan(window.time)
+                         ? fmt::format("none of {} is reachable", times)
+                         : fmt::format("capture at t = {} s, selected from {}; {} reachable", short_number(window.time),
+                                       times, std::ranges::count(window.points, true, &WindowPoint::reachable));
+  if (window.not_before)
+    text += fmt::format("; by distance alone, none before t = {} s", short_number(*window.not_before));
+  return text;
+}
+
 std::string ratings_sentence(const CaptureResult& result) {
   std::vector<std::string> rated, exceeded;  // loads with ratings
   const auto note = [](std::vector<std::string>& names, const std::string& name) {
@@ -318,13 +366,170 @@ std::string ratings_sentence(const CaptureResult& result) {
   return text;
 }
 
+std::string ledger_sentence(const Ledger& ledger) {
+  std::size_t checked = 0, failing = 0;
+  for (const LedgerEntry& e : ledger.entries) {
+    if (e.kind == LedgerEntry::Kind::feasibility || !e.applies) continue;
+    ++checked;
+    failing += !e.pass();
+  }
+  if (checked == 0) return "ledger: empty";
+  if (failing == 0) return "ledger: every conserved quantity is within its bound";
+  return fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds: the result is not valid",
+                     failing, checked);
+}
+
 std::string feasibility_sentence(const CaptureResult& result) {
+  const std::string reason = feasibility_reason(result);
   const Verdict verdict = result.ledger.feasibility();
-  if (verdict == Verdict::no) return infeasible_sentence(result);
-  if (verdict == Verdict::yes) return "feasible: yes, " + satisfied_words(result.ledger);
-  const std::vector<std::string> texts = not_checked_texts(result.ledger);
-  return texts.empty() ? "feasible: not checked; there is nothing to check"
-                       : fmt::format("feasible: not checked; {}", fmt::join(texts, "; "));
+  if (verdict == Verdict::yes) return "feasible: yes, " + reason;
+  if (verdict == Verdict::not_checked) return "feasible: not checked; " + reason;
+  return "feasible: NO" + (reason.empty() ? "" : (result.valid_until ? ", " : ": ") + reason);
+}
+
+// ---- Answers ----
+
+namespace {
+
+// A text as a sentence of a page.
+std::string as_sentence(std::string text) {
+  if (!text.empty() && text.front() >= 'a' && text.front() <= 'z') text.front() = char(text.front() - 'a' + 'A');
+  return text.empty() || text.ends_with('.') ? text : text + ".";
+}
+
+// Contacts are not meant to hold.
+bool is_contact(const CaptureResult& result, const GraspOutcome& grasp) {
+  return result.impact && std::ranges::any_of(result.impact->grasps, [&](const GraspImpulse& met) {
+           return met.end_effector == grasp.end_effector && met.model == "contact";
+         });
+}
+
+Remark remark_on(const CaptureResult& result, const GraspOutcome& grasp) {
+  const Tone tone = grasp.captured              ? grasp.judged ? Tone::good : Tone::warn
+                    : is_contact(result, grasp) ? Tone::none
+                                                : Tone::bad;
+  const std::string released =
+      grasp.released ? fmt::format("; release at t = {} s", short_number(*grasp.released)) : "";
+  return {tone, grasp_name(grasp.end_effector, grasp.target, grasp.grasp_point), grasp.reason + released};
+}
+
+Answer capture_answer(const CaptureResult& result) {
+  Answer answer{"Capture", Tone::none, "Nothing to grasp", "This run has no grasps.", {}};
+  for (const GraspOutcome& grasp : result.grasps) answer.remarks.push_back(remark_on(result, grasp));
+  const auto say = [&](Tone tone, const char* word, const std::string& text) {
+    answer.tone = tone, answer.word = word, answer.sentence = as_sentence(text);
+  };
+  if (!result.grasps.empty()) {
+    const CaptureWords words = capture_words(result);
+    const std::string text = words.facts + words.moved + words.doubts;
+    const auto& met = result.impact ? result.impact->grasps : std::vector<GraspImpulse>{};
+    const bool only_contacts =
+        !met.empty() && std::ranges::all_of(met, [](const GraspImpulse& one) { return one.model == "contact"; });
+    switch (result.capture_verdict()) {
+      case Captured::yes:
+        say(is_beyond_validity(result) ? Tone::warn : Tone::good, "Captured", text);
+        break;
+      case Captured::assumed:
+        say(Tone::warn, "Assumed, no envelope", text);
+        break;
+      case Captured::no:
+        only_contacts ? say(Tone::none, "Contact, no grasp", text) : say(Tone::bad, "Not captured", text);
+        break;
+    }
+  }
+  if (result.status == CaptureStatus::failed) say(Tone::bad, "Run failed", result.failure);
+  if (result.status == CaptureStatus::not_run) say(Tone::warn, "Not run", "the scenario was not simulated");
+  return answer;
+}
+
+Answer ledger_answer(const Ledger& ledger) {
+  Answer answer{"Ledger", Tone::good, "Passes", "", {}};
+  const LedgerEntry* closest = nullptr;
+  const auto share = [](const LedgerEntry& e) { return e.value / e.bound; };
+  bool is_empty = true;
+  for (const LedgerEntry& e : ledger.entries) {
+    if (e.kind == LedgerEntry::Kind::feasibility || !e.applies) continue;
+    is_empty = false;
+    if (!e.pass())
+      answer.remarks.push_back({Tone::bad, "", failure_text(e) + (e.advice.empty() ? "" : "; " + e.advice)});
+    if (e.bound > 0 && (!closest || share(e) > share(*closest))) closest = &e;
+  }
+  answer.sentence = as_sentence(ledger_sentence(ledger).substr(std::string_view("ledger: ").size()));
+  if (is_empty) return {answer.question, Tone::warn, "No ledger", "The result has no conservation checks.", {}};
+  if (!answer.remarks.empty()) {
+    answer.tone = Tone::bad, answer.word = "Fails";
+  } else if (closest) {
+    const std::string unit = closest->unit == "1" ? "" : " " + closest->unit;
+    answer.remarks.push_back(
+        {Tone::none, "closest to its bound",
+         fmt::format("{}, {:.3g} of {:.3g}{}", closest->name, closest->value, closest->bound, unit)});
+  }
+  return answer;
+}
+
+Answer feasibility_answer(const CaptureResult& result) {
+  const std::string reason = as_sentence(feasibility_reason(result));
+  const Verdict verdict = result.ledger.feasibility();
+  if (verdict == Verdict::yes) return {"Feasibility", Tone::good, "Feasible", reason, {}};
+  if (verdict == Verdict::no) return {"Feasibility", Tone::bad, "Not feasible", reason, violation_remarks(result)};
+  const bool any = std::ranges::any_of(result.ledger.entries, [](const LedgerEntry& e) {
+    return e.kind == LedgerEntry::Kind::feasibility && e.applies;
+  });
+  return {"Feasibility", any ? Tone::warn : Tone::none, "Not checked", reason, {}};
+}
+
+// The worst finding on loads and control gives the answer; the others follow.
+Answer control_answer(const CaptureResult& result) {
+  struct Finding {
+    Tone tone;
+    const char* word;
+    std::string text;
+  };
+  std::vector<Finding> findings;
+  const auto add = [&](Tone tone, const char* word, const std::string& text) {
+    if (!text.empty()) findings.push_back({tone, word, as_sentence(text)});
+  };
+  const bool at_rest = result.rest && result.rest->at_rest;
+  for (const StabilityReport& report : result.stability) {
+    if (report.verdict == Stability::unstable) add(Tone::bad, "Unstable", instability_text(report));
+  }
+  const bool stable = findings.empty();
+  const std::string ratings = ratings_sentence(result);
+  add(Tone::bad, "Ratings exceeded", ratings);
+  if (!at_rest) add(Tone::bad, "Not at rest", rest_sentence(result));
+  add(Tone::warn, "Saturated", saturation_sentence(result));
+  if (at_rest) add(Tone::good, "At rest", rest_sentence(result));
+  const bool unclear = !result.stability.empty() && result.stability.back().verdict != Stability::stable;
+  if (stable && !unclear) add(Tone::good, "Stable", stability_sentence(result));
+  const bool rated = std::ranges::any_of(result.peak_loads, [](const PeakLoad& l) { return std::isfinite(l.rating); });
+  if (rated && ratings.empty()) add(unclear ? Tone::none : Tone::good, "Ratings kept", "ratings: none is exceeded");
+  if (stable && unclear) add(Tone::none, "Not evaluated", stability_sentence(result));
+  if (findings.empty()) add(Tone::none, "Not evaluated", "no ratings and no feedback control");
+  Answer answer{"Loads and control", findings.front().tone, findings.front().word, findings.front().text, {}};
+  for (std::size_t i = 1; i < findings.size(); ++i) answer.remarks.push_back({findings[i].tone, "", findings[i].text});
+  return answer;
+}
+
+}  // namespace
+
+std::vector<Remark> violation_remarks(const CaptureResult& result) {
+  std::vector<Remark> remarks;
+  const std::vector<GradedViolation> all = violations_of(result);
+  for (const GradedViolation& v : worst_by_phase(all)) {
+    std::set<std::string> whats;
+    for (const GradedViolation& other : all) {
+      if (other.phase == v.phase && other.what != v.what) whats.insert(other.what);
+    }
+    std::string text = fmt::format("{} at t = {} s", v.worst, short_number(v.worst_time));
+    if (!whats.empty()) text += fmt::format("; {} more, see summary.json", whats.size());
+    remarks.push_back({Tone::bad, "worst in " + v.phase, text});
+  }
+  for (const std::string& text : not_checked_texts(result.ledger)) remarks.push_back({Tone::warn, "not checked", text});
+  return remarks;
+}
+
+std::vector<Answer> answers_of(const CaptureResult& result) {
+  return {capture_answer(result), ledger_answer(result.ledger), feasibility_answer(result), control_answer(result)};
 }
 
 }  // namespace grapnel

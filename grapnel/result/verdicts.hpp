@@ -18,8 +18,35 @@ const Type& type_of<Captured>();
 template <>
 const Type& type_of<LimitKind>();
 
+/// good, bad; warn: neither; none: nothing was evaluated.
+enum class Tone { good, bad, warn, none };
+
+/// A line below an answer: "left -> debris/handle: outside the envelope".
+struct Remark {
+  Tone tone = Tone::none;
+  std::string of;  // may be empty
+  std::string text;
+};
+
+/// The answer of a result to one question.
+struct Answer {
+  std::string question;  // "Feasibility"
+  Tone tone = Tone::none;
+  std::string word;      // "Not feasible"
+  std::string sentence;  // the reason
+  std::vector<Remark> remarks;
+};
+template <>
+const Type& type_of<Answer>();
+
+/// Whether the targets were captured, momentum and energy conserved, the motion feasible, loads and control in order.
+std::vector<Answer> answers_of(const CaptureResult& result);
+
 /// "106 mm", "38.2 m".
 std::string length_text(double metres);
+
+/// "left -> debris/handle"
+std::string grasp_name(const std::string& end_effector, const std::string& target, const std::string& grasp_point);
 
 /// The first sentence of a verdict: "captured: assumed, by moving debris 106 mm (1 of 1 grasps, t = 20 s, gap 106 mm):
 /// no capture envelope is given for left". Empty without grasps.
@@ -39,6 +66,9 @@ std::vector<GradedViolation> violations_of(const CaptureResult& result);
 bool is_worse(const GradedViolation& one, const GradedViolation& other);
 /// The worst violation of each phase, in the order of phases.
 std::vector<GradedViolation> worst_by_phase(const std::vector<GradedViolation>& violations);
+
+/// The worst violation of each phase with the number of further ones, and the checks that were not evaluated.
+std::vector<Remark> violation_remarks(const CaptureResult& result);
 
 /// Feasibility checks that were not evaluated: "clearance: switched off". Rows with the same reason share a sentence.
 std::vector<std::string> not_checked_texts(const Ledger& ledger);
@@ -64,8 +94,14 @@ Stability stability_of(const CaptureResult& result);
 /// "at rest: yes, from t = 31 s on (...)", "at rest: NO, ..." with the rates at the end; empty if it is not requested.
 std::string rest_sentence(const CaptureResult& result);
 
+/// "capture at t = 90 s, selected from 7 times between 30 and 150 s; 4 reachable". Empty without evaluated times.
+std::string window_sentence(const WindowReport& window);
+
 /// "ratings: EXCEEDED, 2 of 14; worst ..." Empty: nothing is rated or nothing is exceeded.
 std::string ratings_sentence(const CaptureResult& result);
+
+/// "ledger: every conserved quantity is within its bound".
+std::string ledger_sentence(const Ledger& ledger);
 
 /// "feasible: yes, clearance and joint limits are kept"; "feasible: NO, valid until 35.46 s: base and debris overlap
 /// from then on (post_impact)"; "feasible: not checked; clearance: switched off". Without a line break.

@@ -83,6 +83,13 @@ double clear_until(const CaptureResult& r) {
   return r.post_impact_end ? r.post_impact_end->time : r.approach_end ? r.approach_end->time : NAN;
 }
 
+// The item of a list with the name; null if there is none.
+template <class T>
+const T* named(const std::vector<T>& all, const std::string& name) {
+  const auto at = std::ranges::find(all, name, &T::name);
+  return at == all.end() ? nullptr : &*at;
+}
+
 // The state at the end of all motion; `may_be_approach`: also that of an approach without a subsequent phase.
 const std::optional<PhaseEnd>& end_of_motion(const CaptureResult& r, bool may_be_approach) {
   return r.post_impact_end || !may_be_approach ? r.post_impact_end : r.approach_end;
@@ -185,18 +192,12 @@ class Builder {
 
   void motion_afterwards() {
     const bool without_grasps = problem_.grasps.empty();
-    const auto end = [without_grasps](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
+    const Find<BodyMotion> base = [without_grasps](const CaptureResult& r) {
       const std::optional<PhaseEnd>& last = end_of_motion(r, without_grasps);
-      return last ? (last->base.*field)[k] : NAN;
+      return last ? &last->base : nullptr;
     };
-    for (int k = 0; k < 3; ++k) {
-      add(std::string("end/base/velocity/") + kComponents[k], "m/s", "of the base at the end, in W",
-          [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::velocity, k); });
-    }
-    for (int k = 0; k < 3; ++k) {
-      add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
-          [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
-    }
+    field("end/base/velocity", "velocity", base);
+    field("end/base/angular_velocity", "angular_velocity", base);
     if (without_grasps) posture_at_end();
     if (problem_.post_impact.size() > 1 || problem_.post_impact.any([](const auto& p) { return p.until.has_value(); }))
       phases();
@@ -269,9 +270,13 @@ class Builder {
       add(path + "duration", "s", "of the phase", of_phase([](const P& p) { return p.duration(); }));
       add(path + "condition_met", "1", "whether its `until` condition was met before the end of its duration",
           of_phase([](const P& p) { return p.ended == P::End::condition; }));
-      for (int k = 0; k < 3; ++k)
-        add(path + "base/angular_velocity/" + kComponents[k], "rad/s", "of the base at its end, in W",
-            of_phase([k](const P& p) { return p.at_end ? p.at_end->base.angular_velocity[k] : double(NAN); }));
+      const Find<BodyMotion> base = [name](const CaptureResult& r) -> const BodyMotion* {
+        for (const MotionPhaseReport& phase : r.phases) {
+          if (phase.name == name) return phase.at_end ? &phase.at_end->base : nullptr;
+        }
+        return nullptr;
+      };
+      field(path + "base/angular_velocity", "angular_velocity", base);
     }
   }
 
@@ -286,31 +291,20 @@ class Builder {
         report([](const D& d) { return d.ended == LawEnd::at_rest; }));
     add("detumbling/duration", "s", "duration of the detumbling, for any end",
         report([](const D& d) { return d.end - d.begin; }));
-    add("detumbling/largest_torque", "N m", "largest torque of the grasps about the target's centre of mass",
-        report([](const D& d) { return d.largest_torque; }));
-    add("detumbling/least_scale", "1", "minimum fraction of the torque that effort limits admit",
-        report([](const D& d) { return d.least_scale; }));
+    const Find<D> found = [](const CaptureResult& r) { return r.detumbling ? &*r.detumbling : nullptr; };
+    for (const char* key : {"largest_torque", "least_scale"}) field(std::string("detumbling/") + key, key, found);
   }
 
   void rest() {
-    add("rest/at_rest", "1", "whether all rates stay below post_impact.at_rest from some time to the end",
-        [](const StudyCase&, const CaptureResult& r) { return r.rest ? double(r.rest->at_rest) : NAN; });
-    add("rest/time", "s", "time from which they stay below; NaN: they do not",
-        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->time : NAN; });
-    add("rest/angular_velocity", "rad/s", "of the base, at the end",
-        [](const StudyCase&, const CaptureResult& r) { return r.rest ? r.rest->angular_velocity : NAN; });
+    const Find<RestReport> rest = [](const CaptureResult& r) { return r.rest ? &*r.rest : nullptr; };
+    for (const char* key : {"at_rest", "time", "angular_velocity"}) field(std::string("rest/") + key, key, rest);
   }
 
   void wheels() {
     bool any_limit = false;
     for (const WheelSetup& wheel : problem_.robot.wheels) {
-      add("wheels/" + wheel.name + "/rate", "rad/s", "relative to the base, at the end",
-          [name = wheel.name](const StudyCase&, const CaptureResult& r) {
-            for (const WheelReport& w : r.wheels) {
-              if (w.name == name) return w.rate_after;
-            }
-            return double(NAN);
-          });
+      field("wheels/" + wheel.name + "/rate", "rate_after",
+            Find<WheelReport>([name = wheel.name](const CaptureResult& r) { return named(r.wheels, name); }));
       if (!std::isfinite(wheel.rate)) continue;
       any_limit = true;
       saturated("wheels/" + wheel.name, "time at its largest rate", SaturationReport::Actuator::wheel, wheel.name);
@@ -321,17 +315,13 @@ class Builder {
 
   void thrusters() {
     for (const ThrusterSetup& thruster : problem_.robot.thrusters) {
-      const std::string& name = thruster.name;
-      add("thrusters/" + name + "/duty", "1", "time on, over the time of the phases in which thrusters are active",
-          [name](const StudyCase&, const CaptureResult& r) {
-            for (const ThrusterReport& t : r.thrusters.value_or(ThrustersReport{}).each) {
-              if (t.name == name) return t.duty;
-            }
-            return double(NAN);
-          });
+      field("thrusters/" + thruster.name + "/duty", "duty",
+            Find<ThrusterReport>([name = thruster.name](const CaptureResult& r) {
+              return r.thrusters ? named(r.thrusters->each, name) : nullptr;
+            }));
     }
-    add("thrusters/propellant", "kg", "propellant used",
-        [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
+    field("thrusters/propellant", "propellant",
+          Find<ThrustersReport>([](const CaptureResult& r) { return r.thrusters ? &*r.thrusters : nullptr; }));
     add("thrusters/plume", "s", "duration of firing with a body in the plume, over all thrusters and bodies",
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;
@@ -344,10 +334,9 @@ class Builder {
     for (const MomentGyroSetup& gyro : problem_.robot.gyros)
       saturated("gyros/" + gyro.name, "time of the gimbal at its largest rate or torque",
                 SaturationReport::Actuator::gyro, gyro.name);
-    add("gyros/largest_torque_lacking", "N m", "largest part of the commanded torque that the gyros do not produce",
-        [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->largest_torque_lacking : NAN; });
-    add("gyros/least_singularity_measure", "1", "minimum singularity measure of the control moment gyros",
-        [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->least_singularity_measure : NAN; });
+    const Find<GyrosReport> all = [](const CaptureResult& r) { return r.gyros ? &*r.gyros : nullptr; };
+    for (const char* key : {"largest_torque_lacking", "least_singularity_measure"})
+      field(std::string("gyros/") + key, key, all);
     add("gyros/near_singularity", "s", "time near a singularity while a torque was commanded",
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;
@@ -389,14 +378,14 @@ class Builder {
         });
   }
 
-  // A number or the components of a vector, with the unit and text of its description.
+  // A number, a boolean, or the components of a vector, with the unit and text of its description.
   template <class T>
   void field(const std::string& name, std::string_view key, const Find<T>& find) {
     const Field& described = *field_named(type_of<T>(), key);
     const bool is_vector = described.type().kind == Type::Kind::list;
     for (std::size_t k = 0; k < (is_vector ? 3 : 1); ++k) {
-      add(is_vector ? name + "/" + kComponents[k] : name, std::string(described.unit), std::string(described.text),
-          [find, &described, k](const StudyCase&, const CaptureResult& r) {
+      add(is_vector ? name + "/" + kComponents[k] : name, std::string(described.unit.empty() ? "1" : described.unit),
+          std::string(described.text), [find, &described, k](const StudyCase&, const CaptureResult& r) {
             const T* owner = find(r);
             return owner ? number_in(described, owner, k) : NAN;
           });

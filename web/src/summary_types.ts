@@ -16,6 +16,8 @@ export interface Summary {
   failure: string;
   /** warnings about the result */
   warnings: string[];
+  /** answers of the result, as reports show them */
+  verdicts: Answer[];
   /** orbit of the frame W; absent without one */
   orbit?: OrbitReport;
   /** flexible modes; absent without flexible bodies and joints */
@@ -76,6 +78,7 @@ export const kSummary: FieldNote[] = [
   ["status","","how the run ended"],
   ["failure","","body, time and condition of a failure; else empty"],
   ["warnings","","warnings about the result"],
+  ["verdicts","","answers of the result, as reports show them"],
   ["orbit","","orbit of the frame W; absent without one"],
   ["elastic","","flexible modes; absent without flexible bodies and joints"],
   ["control","","sampled control; absent if control is continuous"],
@@ -119,6 +122,44 @@ export const kScenarioNamed: FieldNote[] = [
 ];
 
 export type CaptureStatus = "not_run" | "completed" | "failed";
+
+// the answer of the result to one question.
+export interface Answer {
+  /** `Capture`, `Ledger`, `Feasibility` or `Loads and control` */
+  question: string;
+  /** kind of the answer. */
+  tone: Tone;
+  /** the answer in one to three words */
+  word: string;
+  /** the reason */
+  sentence: string;
+  /** grasps, failed checks, worst violations or further findings, one each */
+  remarks: Remark[];
+}
+export const kAnswer: FieldNote[] = [
+  ["question","","`Capture`, `Ledger`, `Feasibility` or `Loads and control`"],
+  ["tone","","kind of the answer."],
+  ["word","","the answer in one to three words"],
+  ["sentence","","the reason"],
+  ["remarks","","grasps, failed checks, worst violations or further findings, one each"],
+];
+
+export type Tone = "good" | "bad" | "warn" | "none";
+
+// a line below a verdict.
+export interface Remark {
+  /** kind of the remark. */
+  tone: Tone;
+  /** subject of the remark; may be empty */
+  of: string;
+  /** the remark */
+  text: string;
+}
+export const kRemark: FieldNote[] = [
+  ["tone","","kind of the remark."],
+  ["of","","subject of the remark; may be empty"],
+  ["text","","the remark"],
+];
 
 // the orbit of the frame W.
 export interface OrbitReport {
@@ -533,11 +574,14 @@ export interface WindowReport {
   not_before?: number;
   /** all evaluated times, in ascending order */
   points: WindowPoint[];
+  /** the selection, as printed on the terminal */
+  sentence: string;
 }
 export const kWindowReport: FieldNote[] = [
   ["time","s","selected capture time; null: none is reachable"],
   ["not_before","s","no grasp is reachable before this time, by distance alone"],
   ["points","","all evaluated times, in ascending order"],
+  ["sentence","","the selection, as printed on the terminal"],
 ];
 
 // a capture time that the planner evaluated.

@@ -318,7 +318,7 @@ describe("capture window", () => {
     assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));
     assert.equal(await page.locator(".window-chart .chosen").count(), 1);
     assert.equal(await page.locator(".window-chart .limit").count(), 2);
-    assert.match(await page.locator("main").innerText(), new RegExp(`selected from ${window.points.length} times between 30.s and 150.s; ${reached} reachable`));
+    assert.match(await page.locator("main").innerText(), new RegExp(`selected from ${window.points.length} times between 30 and 150.s; ${reached} reachable`));
     assert.deepEqual(faults, []);
     await page.context().close();
   });

@@ -7,7 +7,7 @@ import { bundle } from "./bundle.mjs";
 let v;
 before(async () => {
   v = await bundle([
-    "clock", "run", "colors", "roles", "plots/catalog", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/phases", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
     "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
@@ -279,6 +279,13 @@ test("the thesis's formulas are shown on request", () => {
   assert.equal(v.showsPublished({ impact: { show_as_published: true } }), true);
   assert.equal(v.showsPublished({ impact: { as_published: {} } }), true); // of earlier versions
   assert.equal(v.showsPublished({}), false);
+});
+
+test("time after the first overlap is shaded", () => {
+  const run = { phases: [{ name: "approach", begin: 0, end: 40 }], end: 40, validUntil: 35.46, data: { label: "" } };
+  assert.deepEqual(v.shades([run]).at(-1), { name: v.kBeyond, begin: 35.46, end: 40 });
+  assert.notEqual(v.phaseTint(v.kBeyond), "transparent");
+  assert.equal(v.shades([{ ...run, validUntil: null }]).length, 1);
 });
 
 // ---- Badges ----

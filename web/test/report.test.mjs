@@ -130,6 +130,31 @@ describe("the page matches the results", () => {
   });
 });
 
+describe("the verdicts are those of the summary", () => {
+  const said = async (page) => (await page.locator("#verdict").innerText()).replace(/\s+/g, " ");
+  test("of a run, with their remarks", async () => {
+    for (const name of ["open loop", "a rebound", "reaction wheels", "a run that failed"]) {
+      const { page, context } = await open(browser, reportOf(kinds[name]()));
+      const text = await said(page);
+      const { verdicts } = JSON.parse(readFileSync(path.join(kinds[name](), "summary.json"), "utf8"));
+      assert.equal(verdicts.length, 4);
+      for (const one of verdicts)
+        for (const part of [one.question, one.word, one.sentence, ...one.remarks.flatMap(({ of, text }) => [of, text])])
+          assert.ok(text.includes(part.replace(/\s+/g, " ")), `${name}: ${part}`);
+      await context.close();
+    }
+  });
+
+  test("of two runs", async () => {
+    const { page, context } = await open(browser, comparison());
+    const text = await said(page);
+    for (const out of [openLoop(), kinds["closed loop"]()])
+      for (const { sentence } of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).verdicts)
+        assert.ok(text.includes(sentence), sentence);
+    await context.close();
+  });
+});
+
 describe("control and actuators", () => {
   test("wheels against their capacity, by numbers and over time", async () => {
     const out = kinds["reaction wheels"]();
@@ -349,6 +374,17 @@ describe("damage is reported, never a blank page", () => {
     });
     const { page, context } = await open(browser, file);
     assert.ok((await page.locator("body").innerText()).length > 200);
+    assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
+    await context.close();
+  });
+
+  test("results of earlier versions have no verdicts", async () => {
+    const text = readFileSync(comparison(), "utf8");
+    const file = path.join(folder, "earlier.html");
+    writeFileSync(file, text.replaceAll('"verdicts"', '"something"'));
+    const { page, context, faults } = await open(browser, file);
+    assert.match(await page.locator("#verdict").innerText(), /not in this summary/);
+    assert.deepEqual(faults, []);
     await context.close();
   });
 

@@ -3,10 +3,10 @@ import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, type Fact } from "./facts";
-import { text } from "./read";
+import { list, text } from "./read";
 import { scenarioDifferences } from "./scenario";
-import { shortVerdicts } from "./verdict";
-import { mark, table, type Cell, type Column } from "./table";
+import { absent, mark, table, type Cell, type Column } from "./table";
+import { answerMark, kNoVerdicts } from "./verdict";
 
 export function differingScenarios(runs: Run[]): HTMLElement {
   const [a, b] = runs.map((run) => run.summary ?? {});
@@ -28,15 +28,19 @@ function code(value: unknown): Cell {
   return element("code", { title: full }, full.slice(0, 16));
 }
 
-// The verdicts of A and B on capture, conservation and feasibility.
+// The verdicts of A and B, one row per question.
 export function answers(runs: Run[]): HTMLElement {
-  const [a, b] = runs.map((run) => shortVerdicts(run.summary ?? {}));
-  const answer = (one: (typeof a)[number]) =>
-    element("span", {}, mark(one.tone, one.word), element("span", { class: "said-below" }, one.explanation));
+  const [a, b] = runs.map((run) => list(run.summary?.verdicts));
+  const questions = [...new Set([...a, ...b].map((one) => text(one.question)))];
+  if (questions.length === 0) return absent(kNoVerdicts);
+  const answer = (all: typeof a, question: string) => {
+    const one = all.find((one) => one.question === question) ?? {};
+    return element("span", {}, answerMark(one), element("span", { class: "said-below" }, text(one.sentence, "")));
+  };
   return table(
     "Verdicts",
     [{ head: "" }, { head: "A" }, { head: "B" }],
-    a.map((one, i): Cell[] => [one.question, answer(one), answer(b[i])]),
+    questions.map((question): Cell[] => [question, answer(a, question), answer(b, question)]),
   );
 }
 

@@ -1,11 +1,12 @@
 // Control and actuators: the on-board computer, control laws of joints, actuators. Each part of the summary is shown
 // with its description; a new part needs one line of kParts.
 import { element } from "../dom";
-import { number, unitText } from "../format";
+import { number } from "../format";
 import * as described from "../summary_types"; // by name: types not yet generated (scripts/tables) cause no error
+import { describedPairs, describedTable } from "./described";
 import { bar } from "./margins";
-import { list, num, text, vector, words, type PartlySummary } from "./read";
-import { absent, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
+import { list, num, text, type PartlySummary } from "./read";
+import { absent, mark, table, type Cell, type Column } from "./table";
 
 interface Part {
   title: string;
@@ -24,23 +25,23 @@ function evaluated(reports: PartlySummary["stability"]): unknown {
 const kParts: Part[] = [
   { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
   { title: "Sensors: readings minus true values", of: (s) => s.sensors, notes: described.kSensorReport },
-  { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport.filter(([key]) => key !== "parameters") },
+  { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport },
   { title: "Numbers identified", of: (s) => s.post_impact?.identification?.parameters, notes: described.kIdentifiedParameter },
   { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
   { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseHoldReport },
   { title: "Impedance of end-effectors in the approach", of: (s) => s.approach?.impedance, notes: described.kImpedanceReport },
   { title: "Effective masses in the contact", of: (s) => s.impact?.effective_masses, notes: described.kEffectiveMass },
   { title: "Impedance of end-effectors after the impact", of: (s) => s.post_impact?.impedance, notes: described.kImpedanceReport },
-  { title: "Held target and its internal forces", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport.filter(([key]) => key !== "pairs") },
+  { title: "Held target and its internal forces", of: (s) => s.post_impact?.grasp_force, notes: described.kGraspForceReport },
   { title: "Squeezes", of: (s) => s.post_impact?.grasp_force?.pairs, notes: described.kSqueeze },
   { title: "Actuators at their limits", of: (s) => s.saturation, notes: described.kSaturationReport },
   { title: "Stability of control", of: (s) => evaluated(s.stability), notes: described.kStabilityReport },
   { title: "Rest after the impact", of: (s) => s.post_impact?.at_rest, notes: described.kRestReport },
   { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
-  { title: "Array of control moment gyros", of: (s) => s.gyros, notes: described.kGyrosReport.filter(([key]) => !["each", "hazards"].includes(key)) },
+  { title: "Array of control moment gyros", of: (s) => s.gyros, notes: described.kGyrosReport },
   { title: "Control moment gyros", of: (s) => s.gyros?.each, notes: described.kGyroReport },
   { title: "Gyros near a singularity", of: (s) => s.gyros?.hazards, notes: described.kSingularityHazard },
-  { title: "Propellant", of: (s) => s.thrusters, notes: described.kThrustersReport.filter(([key]) => !["each", "dumping", "hazards"].includes(key)) },
+  { title: "Propellant", of: (s) => s.thrusters, notes: described.kThrustersReport },
   { title: "Thrusters", of: (s) => s.thrusters?.each, notes: described.kThrusterReport },
   { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
   { title: "Bodies in plumes", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
@@ -61,40 +62,13 @@ export function drivenSection(s: PartlySummary): HTMLElement[] {
 function partOf(part: Part, s: PartlySummary): HTMLElement[] {
   const value = part.of(s);
   const all = structuresOf(value);
-  const notes = part.notes.filter(([key]) => all.some((one) => isShown(one[key])));
   const sums = (part.sums?.(all, s) ?? []).map((sum) => element("div", {}, sum ?? ""));
-  if (!Array.isArray(value))
-    return [...sums, pairs(notes.map(([key, unit, about]) => [words(key), hinted(cell(all[0][key], unit), about)]))];
-  const columns = notes.map(
-    ([key, unit, about]): Column => ({ head: capital(words(key)), unit: unit === "1" || unit.startsWith("`") ? "" : unit, title: about, numeric: all.some((one) => num(one[key]) !== null) }),
-  );
-  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => (key === "unit" ? unitText(text(one[key])) : cell(one[key], "")))))];
+  return [...sums, ...(Array.isArray(value) ? describedTable(part.title, part.notes, all) : describedPairs(part.notes, all[0]))];
 }
 
 function structuresOf(value: unknown): Structure[] {
   const all: unknown[] = Array.isArray(value) ? value : [value];
   return all.filter((one): one is Structure => typeof one === "object" && one !== null && !Array.isArray(one));
-}
-
-function isShown(value: unknown): boolean {
-  return value !== undefined && value !== null && value !== "" && !(Array.isArray(value) && value.length === 0);
-}
-
-function cell(value: unknown, unit: string): Cell {
-  if (typeof value === "boolean") return value ? "yes" : "no";
-  if (typeof value === "string") return words(text(value));
-  if (vector(value)) return vectorCell(value);
-  if (Array.isArray(value)) return list(value).map(String).join(", ");
-  const shown = number(num(value));
-  return unit === "" || unit === "1" ? shown : `${shown}\u00a0${unit}`;
-}
-
-function capital(name: string): string {
-  return name.charAt(0).toUpperCase() + name.slice(1);
-}
-
-function hinted(content: Cell, about: string): Cell {
-  return element("span", { title: about }, content ?? "");
 }
 
 // ---- Sums ----

@@ -239,7 +239,6 @@ export interface LedgerRow {
   unit: string;
   note: string;
   kind: string;
-  advice: string; // for a failed conservation check
 }
 
 export function ledgerRows(s: PartlySummary): LedgerRow[] {
@@ -264,17 +263,5 @@ function rowOf(row: Partly<LedgerEntry>): Omit<LedgerRow, "key"> {
     unit: text(row.unit, ""),
     note: text(row.note, ""),
     kind: text(row.kind, "conservation"),
-    advice: text(row.advice, ""),
   };
-}
-
-// The applicable check with the largest ratio of value to bound.
-export function tightest(rows: LedgerRow[]): { row: LedgerRow; part: number } | null {
-  let found: { row: LedgerRow; part: number } | null = null;
-  for (const row of rows) {
-    if (!row.applies || row.value === null || row.bound === null || row.bound <= 0) continue;
-    const part = row.value / row.bound;
-    if (!found || part > found.part) found = { row, part };
-  }
-  return found;
 }

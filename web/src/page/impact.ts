@@ -1,14 +1,14 @@
 // The impact: impulses on grasps, impulses that the arms transmit, changes of motion.
 import { element } from "../dom";
-import { number } from "../format";
-import type { ImpactReport } from "../summary_types";
-import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
-import { graspTables, profiles, rebounds } from "./grasp_tables";
+import { kCompliantReport, kImpactReport, kLoopGap, kReleaseReport, kRetainedModes, type ImpactReport } from "../summary_types";
+import { describedPairs, describedTable, without } from "./described";
+import { graspTables, impulseSets } from "./grasp_tables";
 import { marginsPart } from "./margins";
 import { measuresPart } from "./measures";
 import { brake, jointPart } from "./passed_on";
+import { list, num, text, withUnit, type Partly, type PartlySummary } from "./read";
 import { sensitivitiesPart } from "./sensitivities";
-import { absent, changeText, fold, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
+import { absent, fold, mark } from "./table";
 
 export function impactSection(s: PartlySummary): HTMLElement[] {
   if (!s.impact) return [absent("This run has no impact, or its summary does not list it.")];
@@ -20,48 +20,27 @@ export function impactSection(s: PartlySummary): HTMLElement[] {
       ...oneImpact(impact),
     ),
   );
-  return [...oneImpact(s.impact), ...later, ...releases(s)];
+  return [...oneImpact(s.impact), ...later, ...describedTable("Releases", kReleaseReport, list(s.releases))];
 }
 
 function oneImpact(impact: Partly<ImpactReport>): HTMLElement[] {
   return [
-    overview(impact),
+    ...describedPairs(without(kImpactReport, ...kElsewhere), impact),
     ...notes(impact),
     ...graspTables(impact),
-    ...rebounds(impact),
-    ...profiles(impact),
+    ...(impact.compliant ? [element("h3", {}, "Compliant impact"), ...describedPairs(kCompliantReport, impact.compliant)] : []),
     ...marginsPart(impact),
     ...jointPart(impact),
     ...brake(impact),
-    ...loops(impact),
+    ...describedTable("Grasps that close loops", kLoopGap, list(impact.loops)),
+    ...describedTable("Impulses with the slowest flexible modes only", kRetainedModes, list(impact.by_modes)),
     ...measuresPart(impact),
     ...sensitivitiesPart(impact),
   ];
 }
 
-function overview(impact: Partly<ImpactReport>): HTMLElement {
-  const compliant = impact.compliant ?? {};
-  const before = num(impact.kinetic_energy_before);
-  const after = num(impact.kinetic_energy_after);
-  return pairs([
-    ["law", words(impact.law)],
-    ["time", withUnit(num(impact.time), "s")],
-    [impact.law === "compliant" ? "duration" : "duration for mean forces", withUnit(num(impact.duration), "s")],
-    ["joints during it", text(impact.joints_during, "")],
-    ["kinetic energy", before === null || after === null ? "" : `${number(before)} → ${withUnit(after, "J")}`],
-    ["base: change of rate", changeText(impact.base_angular_velocity_change, "rad/s")],
-    ["base: change of velocity", changeText(impact.base_velocity_change, "m/s")],
-    ["rank of the contact inertia", impact.rows ? `${impact.rank} of ${impact.rows} rows` : ""],
-    ["hypothesis of restitution", text(impact.hypothesis, "")],
-    [
-      "it ended",
-      compliant.end
-        ? `${words(compliant.end)}; ${withUnit(num(compliant.energy_lost), "J")} lost, ${withUnit(num(compliant.elastic_energy_after), "J")} left in springs`
-        : "",
-    ],
-    ["residual impulse at the end", compliant.end ? withUnit(num(compliant.residual_impulse), "N s") : ""],
-  ]);
-}
+// Fields with a sentence, table or section of their own.
+const kElsewhere = ["joint_names", "joint_velocity_change", "as_published_absent", "show_as_published", "unique", "energy_created", "inconsistent"];
 
 function notes(impact: Partly<ImpactReport>): HTMLElement[] {
   const remarks: string[] = [];
@@ -75,54 +54,8 @@ function notes(impact: Partly<ImpactReport>): HTMLElement[] {
   if (impact.energy_created === true)
     remarks.push("The impact increases the energy, as a consequence of the selected hypothesis.");
   if (impact.inconsistent) remarks.push(`No motion has the specified restitution: ${text(impact.inconsistent)}.`);
-  const result: HTMLElement[] = remarks.map((one) => element("p", { class: "remark" }, mark("warn", one)));
-  const stresses = list(impact.null_space);
-  if (stresses.length > 0) {
-    const rows = stresses.flatMap((stress, i) =>
-      list(stress.grasps).map((grasp): Cell[] => [
-        `${i + 1}`,
-        text(grasp.end_effector),
-        vectorCell(grasp.impulse),
-        vectorCell(grasp.angular_impulse),
-      ]),
-    );
-    const columns: Column[] = [
-      { head: "Self-stress" },
-      { head: "End-effector" },
-      { head: "Impulse", unit: "N s" },
-      { head: "Angular impulse", unit: "N m s" },
-    ];
-    result.push(fold("Self-stresses: impulses that change no velocity", table("Self-stresses", columns, rows)));
-  }
-  return result;
-}
-
-function loops(impact: Partly<ImpactReport>): HTMLElement[] {
-  const rows = list(impact.loops).map((loop): Cell[] => [
-    text(loop.target),
-    list(loop.end_effectors).join(" – "),
-    number(num(loop.end_effector_distance)),
-    number(num(loop.grasp_point_distance)),
-    number(num(loop.gap)),
-  ]);
-  if (rows.length === 0) return [];
-  const columns: Column[] = [
-    { head: "Target" },
-    { head: "End-effectors" },
-    { head: "Their distance", unit: "m", numeric: true },
-    { head: "Grasp points' distance", unit: "m", numeric: true },
-    { head: "Remaining gap", unit: "m", numeric: true },
+  return [
+    ...remarks.map((one) => element("p", { class: "remark" }, mark("warn", one))),
+    ...impulseSets("Self-stresses", "Self-stresses: impulses that change no velocity", list(impact.null_space)),
   ];
-  return [table("Grasps that close loops", columns, rows)];
-}
-
-function releases(s: PartlySummary): HTMLElement[] {
-  const rows = list(s.releases).map((one): Cell[] => [
-    withUnit(num(one.time), "s"),
-    list(one.end_effectors).join(", "),
-    list(one.targets).flat().join(", "),
-  ]);
-  return rows.length > 0
-    ? [table("Releases", [{ head: "Time" }, { head: "End-effectors" }, { head: "Targets" }], rows)]
-    : [];
 }

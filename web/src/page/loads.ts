@@ -1,76 +1,35 @@
 // Largest loads of all phases, with ratings if given.
 import { element } from "../dom";
 import { number } from "../format";
-import type { PeakLoad } from "../summary_types";
-import { isSaturated, ratingUnit } from "./facts";
-import { bar } from "./margins";
+import { kPeakLoad, type PeakLoad } from "../summary_types";
+import { describedTable, without } from "./described";
+import { ratingUnit } from "./facts";
+import { kUsed, marginCells } from "./margins";
 import { list, num, text, words, type Partly, type PartlySummary } from "./read";
-import { absent, fold, mark, table, type Cell, type Column } from "./table";
+import { absent, fold } from "./table";
 
-const kShown = 8;
+const kLoads = without(kPeakLoad, "assumed_duration"); // a mark on the peak
 
 export function loadsSection(s: PartlySummary): HTMLElement[] {
-  const all = list(s.loads);
+  const all = list(s.loads).map((one) => ({ ...one, unit: ratingUnit(one.quantity) }));
   if (all.length === 0) return [absent("The summary has no loads.")];
   const rated = all.filter((one) => num(one.margin) !== null).sort((a, b) => (num(a.margin) ?? 0) - (num(b.margin) ?? 0));
-  const result: HTMLElement[] = [];
-  if (rated.length === 0) result.push(element("p", {}, "The robot file gives no ratings: loads have no margins."));
-  else result.push(table("Least margins", kRated, rated.slice(0, kShown).map(ratedCells)));
-  if (rated.length > kShown)
-    result.push(
-      fold(`${rated.length - kShown} more with larger margins`, table("All other rated loads", kRated, rated.slice(kShown).map(ratedCells))),
-    );
+  const result =
+    rated.length === 0
+      ? [element("p", {}, "The robot file gives no ratings: loads have no margins.")]
+      : describedTable("Least margins", [...kLoads, ...kUsed], rated, { cells: { ...marginCells, peak }, few: 8 });
   if (rated.some((one) => one.assumed_duration))
     result.push(
       element("p", { class: "small" }, "* a mean over impact.duration, which is an assumption: the impact itself takes no time."),
     );
-  const phases = [...new Set(all.map((one) => text(one.phase)))];
-  for (const phase of phases) {
-    const rows = all.filter((one) => text(one.phase) === phase).map(cells);
-    result.push(fold(`All ${rows.length} loads in ${words(phase)}`, table(`Largest loads, ${words(phase)}`, kColumns, rows)));
+  for (const phase of new Set(all.map((one) => text(one.phase)))) {
+    const rows = all.filter((one) => text(one.phase) === phase);
+    const notes = [...without(kLoads, "phase", "rating", "margin"), ...kUsed.slice(0, 1)];
+    result.push(fold(`All ${rows.length} loads in ${words(phase)}`, ...describedTable(`Largest loads, ${words(phase)}`, notes, rows, { cells: { peak } })));
   }
   return result;
 }
 
-const kColumns: Column[] = [
-  { head: "Of" },
-  { head: "Quantity" },
-  { head: "Largest", numeric: true },
-  { head: "Unit" },
-  { head: "at", unit: "s", numeric: true },
-];
-const kRated: Column[] = [
-  { head: "Of" },
-  { head: "Quantity" },
-  { head: "Phase" },
-  { head: "at", unit: "s", numeric: true },
-  { head: "Largest", numeric: true },
-  { head: "Rating", numeric: true },
-  { head: "Unit" },
-  { head: "Used" },
-  { head: "Margin", unit: "%", numeric: true },
-];
-
-function cells(one: Partly<PeakLoad>): Cell[] {
-  return [text(one.of), words(one.quantity), assumed(one), ratingUnit(one.quantity), number(num(one.time))];
-}
-
-function ratedCells(one: Partly<PeakLoad>): Cell[] {
-  const margin = num(one.margin) ?? 0; // only loads with a rating
-  const percent = number(100 * margin, 3);
-  return [
-    text(one.of),
-    words(one.quantity),
-    words(one.phase),
-    number(num(one.time)),
-    assumed(one),
-    number(num(one.rating)),
-    ratingUnit(one.quantity),
-    bar(1 - margin),
-    isSaturated(one.quantity, margin) ? mark("warn", "saturated") : margin < 0 ? mark("bad", `${percent}, exceeded`) : percent,
-  ];
-}
-
-function assumed(one: Partly<PeakLoad>): string {
+function peak(one: Partly<PeakLoad>): string {
   return number(num(one.peak)) + (one.assumed_duration ? " *" : "");
 }

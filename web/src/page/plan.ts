@@ -1,39 +1,26 @@
 // The plan of the joint motion and the search for it.
 import { element } from "../dom";
 import { number } from "../format";
-import type { PlanReport } from "../summary_types";
-import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
-import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
+import { kEstimateReport, kNavigationReport, kPlannedMiss, kPlannedPath, kPlanReport, kPlanTerm, kStraightInReport, kWheelShare, type PlanReport } from "../summary_types";
+import { describedPairs, describedTable, without } from "./described";
+import { list, num, text, type Partly, type PartlySummary } from "./read";
+import { absent, fold, mark, table, type Cell, type Column } from "./table";
 import { windowPart } from "./window";
+
+const kElsewhere = ["joints", "final_position", "final_rates", "found"];
 
 export function planSection(s: PartlySummary): HTMLElement[] {
   const plan = s.approach?.plan;
   if (!plan) return [absent("This run has no plan of an approach.")];
-  const searched = plan.found !== undefined;
+  const terms = list(plan.terms);
   return [
     ...found(s, plan),
-    pairs([
-      [
-        "objective",
-        plan.objective && plan.objective !== "as_found"
-          ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
-          : "",
-      ],
-      ["required motion that no joint rates produce", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
-      [
-        "initial guesses",
-        searched
-          ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution (${number(num(plan.distinct_solutions))} different ones) in ${number(num(plan.iterations))} Newton steps`
-          : "",
-      ],
-      ["smallest singular value of the goals", searched ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
-      ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
-    ]),
-    ...terms(plan),
+    ...describedPairs(without(kPlanReport, ...kElsewhere), plan),
+    ...(terms.length > 1 ? describedTable("Weighed objectives", kPlanTerm, terms) : []),
     ...pathPart(plan),
     ...windowPart(plan),
     ...finalValues(s, plan),
-    ...misses(plan),
+    ...describedTable("Miss when the plan is followed exactly", kPlannedMiss, list(plan.miss)),
     ...straightIn(plan),
     ...navigation(s),
   ];
@@ -53,58 +40,31 @@ function found(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {
   return [element("p", {}, outcome)];
 }
 
-// Terms of the objective, if there are several.
-function terms(plan: Partly<PlanReport>): HTMLElement[] {
-  const columns: Column[] = [{ head: "Objective" }, { head: "Weight", numeric: true }, { head: "Value", numeric: true }];
-  const rows = list(plan.terms).map((term): Cell[] => [words(text(term.name)), number(num(term.weight), 6), number(num(term.value), 6)]);
-  return rows.length < 2 ? [] : [table("Weighed objectives", columns, rows)];
-}
-
 // Constraints along the trajectory and their margins.
 function pathPart(plan: Partly<PlanReport>): HTMLElement[] {
-  const path = plan.path;
-  if (!path) return [];
-  const share = (value: number | null) => (value === null ? "" : `${number(100 * value, 3)} % of the limit`);
-  const bodies = text(path.body_a) ? `, ${text(path.body_a)} and ${text(path.body_b)} at t = ${number(num(path.clearance_time))} s` : "";
-  const clearance = num(path.clearance);
+  if (!plan.path) return [];
   return [
     element("h3", {}, "Planned trajectory, followed exactly"),
-    pairs([
-      ["minimum clearance", clearance === null ? "" : withUnit(clearance, "m") + bodies],
-      ["largest rotation of the base", path.attitude_held ? "assumes that the base keeps its attitude exactly" : withUnit(num(path.base_turn), "rad")],
-      ["margin to joint limits", withUnit(num(path.position_margin), "rad or m")],
-      ["largest rate", share(num(path.rate_share))],
-      ["largest effort", share(num(path.effort_share))],
-      ["largest momenta of wheels", list(path.wheels).map((w) => `${text(w.wheel)}: ${number(100 * (num(w.share) ?? NaN), 3)} %`).join(", ")],
-      ["inner knots of the splines", number(num(path.knots))],
-    ]),
+    ...describedPairs(kPlannedPath, plan.path),
+    ...describedTable("Predicted loads of the reaction wheels", kWheelShare, list(plan.path.wheels)),
   ];
+}
+
+function straightIn({ straight_in: one }: Partly<PlanReport>): HTMLElement[] {
+  if (!one) return [];
+  return [element("h3", {}, "Straight in"), ...describedPairs(one.damped === false ? without(kStraightInReport, "damped_interval") : kStraightInReport, one)];
 }
 
 // Plans during the approach, and the errors of the estimates that they use.
 function navigation(s: PartlySummary): HTMLElement[] {
-  const columns: Column[] = [
-    { head: "Planned at", unit: "s", numeric: true },
-    { head: "Found" },
-    { head: "Target" },
-    { head: "Position error", unit: "m", numeric: true },
-    { head: "Orientation", unit: "rad", numeric: true },
-    { head: "Velocity", unit: "m/s", numeric: true },
-    { head: "Angular velocity", unit: "rad/s", numeric: true },
+  const plans = list(s.approach?.navigation);
+  const rows = plans.flatMap((plan) => list(plan.estimates).map((one) => ({ planned_at: plan.time, ...one })));
+  if (plans.length === 0) return [];
+  return [
+    element("h3", {}, "Plans on estimates"),
+    ...describedTable("Plans", kNavigationReport, plans),
+    ...describedTable("Errors of their estimates", [["planned_at", "s", "time of planning"], ...kEstimateReport], rows),
   ];
-  const rows = list(s.approach?.navigation).flatMap((plan) =>
-    list(plan.estimates).map((one): Cell[] => [
-      number(num(plan.time)),
-      plan.found === false ? mark("warn", text(plan.failure)) : "yes",
-      text(one.target),
-      number(num(one.position_error), 3),
-      number(num(one.orientation_error), 3),
-      number(num(one.velocity_error), 3),
-      number(num(one.angular_velocity_error), 3),
-    ]),
-  );
-  if (rows.length === 0) return [];
-  return [element("h3", {}, "Plans on estimates"), table("Plans and the errors of their estimates", columns, rows)];
 }
 
 function finalValues(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {
@@ -127,53 +87,4 @@ function finalValues(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] 
   return rows.length > 0
     ? [fold(`Final joint values (${rows.length})`, table("Final joint values", columns, rows))]
     : [];
-}
-
-function misses(plan: Partly<PlanReport>): HTMLElement[] {
-  const rows = list(plan.miss).map((one): Cell[] => [
-    text(one.end_effector),
-    number(num(one.distance), 3),
-    number(num(one.angle), 3),
-  ]);
-  if (rows.length === 0) return [];
-  return [
-    table(
-      "Miss when the plan is followed exactly",
-      [
-        { head: "End-effector" },
-        { head: "Distance", unit: "m", numeric: true },
-        { head: "Angle", unit: "rad", numeric: true },
-      ],
-      rows,
-    ),
-  ];
-}
-
-function straightIn(plan: Partly<PlanReport>): HTMLElement[] {
-  const one = plan.straight_in;
-  if (!one) return [];
-  return [
-    element("h3", {}, "Straight in"),
-    pairs([
-      ["begins at", withUnit(num(one.begin), "s")],
-      ["stand-off", withUnit(num(one.stand_off), "m")],
-      ["final speed", withUnit(num(one.final_speed), "m/s")],
-      ["smallest singular value", number(num(one.smallest_singular_value))],
-      [
-        "damped",
-        one.damped === true
-          ? list(one.damped_interval)
-              .map((t) => number(num(t)))
-              .join(" to ") + " s"
-          : one.damped === false
-            ? "no"
-            : "",
-      ],
-      [
-        "motion missed",
-        num(one.unmet) === null ? "" : `${number(num(one.unmet), 3)} at ${withUnit(num(one.unmet_time), "s")}`,
-      ],
-      ["error of the fit", num(one.fit_error) === null ? "" : `${number(num(one.fit_error), 3)} rad or m`],
-    ]),
-  ];
 }

@@ -2,9 +2,10 @@
 import { element, svgElement } from "../dom";
 import { number } from "../format";
 import { padded, tickTexts, ticks } from "../plots/axes";
-import type { PlanReport, WindowPoint, WindowReport } from "../summary_types";
+import { kWindowPoint, type PlanReport, type WindowPoint, type WindowReport } from "../summary_types";
+import { describedTable } from "./described";
 import { list, num, text, withUnit, words, type Partly } from "./read";
-import { fold, mark, table, type Cell } from "./table";
+import { fold, mark } from "./table";
 
 const kDegree = Math.PI / 180;
 
@@ -14,21 +15,10 @@ export function windowPart(plan: Partly<PlanReport>): HTMLElement[] {
   if (!window || points.length === 0) return [];
   return [
     element("h3", {}, "Capture window"),
-    element("p", {}, ...verdict(window, points)),
+    element("p", {}, mark(num(window.time) === null ? "bad" : "good", text(window.sentence, "The selection is not in this summary."))),
     chart(window, points, words(plan.objective)),
-    fold(`Evaluated times (${points.length})`, pointTable(points)),
+    fold(`Evaluated times (${points.length})`, ...describedTable("Evaluated times", kWindowPoint, points)),
   ];
-}
-
-function verdict(window: Partly<WindowReport>, points: Partly<WindowPoint>[]): (Node | string)[] {
-  const reached = points.filter((point) => point.reachable === true).length;
-  const span = `${points.length} times between ${withUnit(num(points[0].time), "s")} and ${withUnit(num(points[points.length - 1].time), "s")}`;
-  const parts =
-    num(window.time) === null
-      ? [mark("bad", `none of ${span} is reachable`)]
-      : [mark("good", `capture at ${withUnit(num(window.time), "s", 6)}`), `, selected from ${span}; ${reached} reachable`];
-  if (num(window.not_before) !== null) parts.push(`; by distance alone, none before ${withUnit(num(window.not_before), "s", 6)}`);
-  return [...parts, "."];
 }
 
 // ---- The chart: strips above each other with one axis of time ----
@@ -109,29 +99,4 @@ function stripParts(strip: Strip, points: Partly<WindowPoint>[], toX: (t: number
     );
   });
   return parts;
-}
-
-function pointTable(points: Partly<WindowPoint>[]): HTMLElement {
-  const rows = points.map((point): Cell[] => [
-    number(num(point.time), 6),
-    point.reachable === true ? "yes" : "no",
-    number(num(point.objective)),
-    number(num(point.speed)),
-    number(num(point.direction_angle) === null ? null : num(point.direction_angle)! / kDegree),
-    number(num(point.reach_share)),
-    text(point.reason, ""),
-  ]);
-  return table(
-    "Evaluated times",
-    [
-      { head: "Time", unit: "s", numeric: true },
-      { head: "Reachable" },
-      { head: "Objective", numeric: true },
-      { head: "Speed", unit: "m/s", numeric: true, title: "of the fastest grasp point relative to the servicer's centre of mass" },
-      { head: "Direction off", unit: "deg", numeric: true, title: "between the approach direction and the line from the arm's first joint" },
-      { head: "Reach share", numeric: true, title: "distance over the reach of base and arm" },
-      { head: "Why not" },
-    ],
-    rows,
-  );
 }
