@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/plugin/guarded_call.hpp"
 #include "grapnel/plugin/plugin_ends.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
