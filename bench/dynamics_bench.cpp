@@ -7,6 +7,7 @@
 #include "bench/flexible_workload.hpp"
 #include "bench/operation_count.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/identify/identify_target.hpp"
 #include "grapnel/identify/rate_noise.hpp"
 #include "grapnel/scenario/scenario.hpp"

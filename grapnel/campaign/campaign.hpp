@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "grapnel/campaign/criterion.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/pack/dispatch.hpp"
 #include "grapnel/study/column.hpp"

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "grapnel/capture/capture_run.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 
 namespace grapnel {

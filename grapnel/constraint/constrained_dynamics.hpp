@@ -9,7 +9,9 @@
 #include <string>
 
 #include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 

@@ -12,6 +12,7 @@
 #include "grapnel/constraint/loop_closure.hpp"
 #include "grapnel/dynamics/branch_cholesky.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 

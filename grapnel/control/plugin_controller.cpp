@@ -13,6 +13,7 @@
 #include "grapnel/control/guarded_call.hpp"
 #include "grapnel/control/plugin_ends.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "grapnel/model/tree.hpp"
+
 namespace grapnel {
 namespace {
 

@@ -6,6 +6,7 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/model/tree.hpp"
 
 namespace grapnel {
 namespace {

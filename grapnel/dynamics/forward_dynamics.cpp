@@ -4,6 +4,7 @@
 
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/newton_euler.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 namespace {
@@ -29,6 +30,8 @@ std::span<const Wrenchd> external_wrenches(const Model& model, const State& stat
 }
 
 }  // namespace
+
+std::shared_ptr<Workspace> make_workspace(const Model& model) { return std::make_shared<Workspace>(model); }
 
 Workspace::Workspace(const Model& model)
     : kernel(model.tree()),

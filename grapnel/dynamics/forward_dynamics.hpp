@@ -3,25 +3,17 @@
 /// @file
 /// Forward and inverse dynamics of a model. Public, kept stable.
 
+#include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 
 namespace grapnel {
 
 /// Scratch for one model; create one per thread. No function allocates after its construction.
-struct Workspace {
-  DynamicsWorkspace<double> kernel;
-  std::vector<Wrenchd> link_wrench;  // external wrenches, gathered on the links
-  std::vector<double> force;         // generalized forces written by the kernels
-  std::vector<double> square;        // velocities x velocities
-  Kinematics kinematics;
-
-  explicit Workspace(const Model& model);
-};
+struct Workspace;
+std::shared_ptr<Workspace> make_workspace(const Model& model);
 
 /// A wrench on a body, in W [N m; N], about the point p_WP.
 struct ExternalWrench {

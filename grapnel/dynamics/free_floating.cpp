@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 namespace {

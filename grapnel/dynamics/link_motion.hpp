@@ -3,10 +3,15 @@
 /// @file
 /// Poses and twists of the links in the world (forward kinematics), the kernel behind kinematics.hpp.
 
-#include "grapnel/dynamics/articulated_body.hpp"
+#include <span>
+
 #include "grapnel/spatial/dual.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
+
+template <class S>
+struct Tree;
 
 template <class S>
 struct LinkMotion {

@@ -3,6 +3,7 @@
 #include "grapnel/dynamics/composite_body.hpp"
 #include "grapnel/dynamics/modal_chains.hpp"
 #include "grapnel/dynamics/newton_euler.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 

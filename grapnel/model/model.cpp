@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "grapnel/model/tree.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -147,6 +149,8 @@ std::string inertia_fault(const Symmetric3d& inertia) {
 
 ModelError::ModelError(std::vector<std::string> faults)
     : std::invalid_argument(join(faults)), faults_(std::move(faults)) {}
+
+Model::Model() : tree_(std::make_shared<const Tree<double>>()) {}
 
 double Model::mass() const {
   double total = 0;
@@ -296,7 +300,8 @@ Model ModelBuilder::build() && {
   faults = chain_faults(sorted, parent);
   if (!faults.empty()) throw ModelError(std::move(faults));
   std::vector<BodyPlacement> placements;
-  model.tree_ = make_tree(sorted, parent, q, v, placements);
+  model.tree_ = std::make_shared<const Tree<double>>(make_tree(sorted, parent, q, v, placements));
+  model.coordinates_ = model.tree_->coordinates, model.velocities_ = model.tree_->velocities;
   model.bodies_.reserve(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     const int root = parent[i] < 0 ? static_cast<int>(i) : model.bodies_[parent[i]].root;

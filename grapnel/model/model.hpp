@@ -7,15 +7,18 @@
 /// validates a model once; it never changes. A capture creates a new model in which the arm carries the target. Thread
 /// safety: a Model is immutable and may be read from any number of threads. Public, kept stable.
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "grapnel/model/description.hpp"
-#include "grapnel/model/tree.hpp"
 
 namespace grapnel {
+
+template <class S>
+struct Tree;  // the model in the form of the kernels (tree.hpp)
 
 /// Thrown by ModelBuilder::build; what() lists all errors, one per line, each with the name of the body or frame.
 class ModelError : public std::invalid_argument {
@@ -25,6 +28,12 @@ class ModelError : public std::invalid_argument {
 
  private:
   std::vector<std::string> faults_;
+};
+
+/// Location of a body in the tree.
+struct BodyPlacement {
+  int link;    // index into Tree::links
+  Posed X_LB;  // the body's frame in the link's internal frame
 };
 
 /// A body of a built model.
@@ -48,11 +57,12 @@ struct Frame {
 /// for a free root, rate for a joint, relative angular velocity in the child for a spherical joint.
 class Model {
  public:
-  int coordinates() const { return tree_.coordinates; }
-  int velocities() const { return tree_.velocities; }
+  Model();
+  int coordinates() const { return coordinates_; }
+  int velocities() const { return velocities_; }
   const std::vector<Body>& bodies() const { return bodies_; }
   const std::vector<Frame>& frames() const { return frames_; }
-  const Tree<double>& tree() const { return tree_; }
+  const Tree<double>& tree() const { return *tree_; }
   /// Bodies with a one-degree-of-freedom joint, in the order of their velocities.
   const std::vector<int>& joints() const { return joints_; }
   /// Bodies with a joint whose rotor has a stated axis (JointDescription::rotor_axis); the parent carries the rotor.
@@ -78,7 +88,8 @@ class Model {
   std::vector<int> rotors_;
   std::vector<int> springs_;
   std::vector<int> quaternions_;
-  Tree<double> tree_;
+  std::shared_ptr<const Tree<double>> tree_;
+  int coordinates_ = 0, velocities_ = 0;
 };
 
 /// Collects bodies and frames in any order and builds a Model. Not thread safe.

@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include "grapnel/model/model.hpp"
+
 namespace grapnel {
 namespace {
 

@@ -17,6 +17,8 @@
 
 namespace grapnel {
 
+struct BodyPlacement;
+
 template <class S = double>
 struct TreeLink {
   int parent;                   // index of the parent link; -1 for a root
@@ -57,7 +59,7 @@ struct TreeChains<double> {
   std::vector<ModalChain> chains;
 };
 
-template <class S = double>
+template <class S>
 struct Tree : TreeChains<S> {
   std::vector<TreeLink<S>> links;  // parents before children
   int coordinates = 0;
@@ -66,12 +68,6 @@ struct Tree : TreeChains<S> {
 
 /// Errors of modal chains (ModalJoint), one sentence each.
 std::vector<std::string> chain_faults(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent);
-
-/// Location of a body in the tree.
-struct BodyPlacement {
-  int link;    // index into Tree::links
-  Posed X_LB;  // the body's frame in the link's internal frame
-};
 
 /// Builds the tree of bodies in topological order. `parent[i]` is the index of body i's parent, -1 for none; `q` and
 /// `v` are the offsets of each body's joint. Writes `placements`, one per body. Requires that chain_faults() is empty.

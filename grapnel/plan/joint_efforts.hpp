@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/plan/floating_base.hpp"
 
 namespace grapnel {

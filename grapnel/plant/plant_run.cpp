@@ -6,6 +6,7 @@
 #include <cfenv>
 #include <cmath>
 
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/plant/plant_problem.hpp"

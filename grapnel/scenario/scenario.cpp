@@ -444,15 +444,20 @@ void ScenarioFiles::store_imported(const std::string& key, std::shared_ptr<const
   imported_order_.pop_front();
 }
 
-CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,
-                             std::vector<Fault>* warnings) {
-  FaultList faults;
+std::vector<Change> changes_of(std::span<const Override> overrides, FaultList& faults) {
   std::vector<Change> changes;
   for (const Override& one : overrides) {
     const Mark mark{std::make_shared<const std::string>(override_text(one)), 0, 0};
     if (auto value = parse_value(one.value, mark, faults))
       changes.push_back({one.path, mark, std::move(*value), one.value});
   }
+  return changes;
+}
+
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,
+                             std::vector<Fault>* warnings) {
+  FaultList faults;
+  const std::vector<Change> changes = changes_of(overrides, faults);
   ScenarioFiles files;
   return Loader(path, files, std::move(faults)).load(changes, warnings);
 }

@@ -12,7 +12,7 @@
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/faults.hpp"
-#include "grapnel/text/yaml_tree.hpp"
+#include "grapnel/text/override.hpp"
 
 namespace grapnel {
 

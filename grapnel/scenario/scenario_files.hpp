@@ -54,6 +54,9 @@ class ScenarioFiles {
   std::deque<std::string> imported_order_;
 };
 
+/// Overrides as changes; those that are not YAML are faults.
+std::vector<Change> changes_of(std::span<const Override> overrides, FaultList& faults);
+
 /// load_scenario() with changes as trees. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
                              std::vector<Fault>* warnings = nullptr);

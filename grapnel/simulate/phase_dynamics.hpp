@@ -19,6 +19,7 @@
 #include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/base_actuation.hpp"

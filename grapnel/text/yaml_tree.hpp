@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grapnel/text/faults.hpp"
+#include "grapnel/text/override.hpp"
 
 namespace grapnel {
 
@@ -73,17 +74,6 @@ inline Node* Node::find(std::string_view key) {
 
 // Values named by paths such as targets[0].mass, and overrides.
 
-/// A value that replaces a value of the file, or adds one. The path names keys, list items by index and named items by
-/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also for a robot in a
-/// separate file). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
-struct Override {
-  std::string path;
-  std::string value;
-};
-
-/// Splits the argument of --set at its first "=". @throws InputError if there is none.
-Override parse_override(const std::string& argument);
-
 /// The new value of a change. The mark is the location of the request; `text` is the value in the form of "--set
 /// path=text".
 struct Change {
@@ -92,9 +82,6 @@ struct Change {
   Node value;
   std::string text;
 };
-
-/// "--set path=value", as in messages.
-std::string override_text(const Override& change);
 
 /// Sets the value at the change's path; absent keys are created, so that the structure check reports wrong keys with
 /// suggestions.

@@ -10,6 +10,7 @@
 
 #include "arrays.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/lanes/states.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "problem.hpp"

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 
 namespace grapnel::testing {

@@ -10,6 +10,8 @@
 #include "capture/impact_case.hpp"
 #include "support/worst.hpp"
 
+#include "grapnel/problem/capture_system.hpp"
+
 namespace grapnel::testing {
 namespace impact_laws_test {
 

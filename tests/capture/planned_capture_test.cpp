@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "capture/recorded.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 
 namespace grapnel::testing {

@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "capture/recorded.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/sanitizers.hpp"
 #include "support/worst.hpp"

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "oracle/maximal_system.hpp"
 #include "support/random_robot.hpp"
 

@@ -7,6 +7,7 @@
 
 #include "capture/capture_case.hpp"
 #include "capture/loop_case.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/study/column.hpp"
 #include "support/sanitizers.hpp"

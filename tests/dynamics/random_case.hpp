@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 

@@ -2,6 +2,7 @@
 /// closed forms.
 
 #include "grapnel/impact/impulse_measures.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "import/import_files.hpp"

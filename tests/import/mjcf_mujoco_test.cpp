@@ -5,6 +5,7 @@
 
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "grapnel/import/source_model.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "import/import_files.hpp"

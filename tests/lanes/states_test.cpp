@@ -1,6 +1,7 @@
 // States in lanes against dynamics/ for single states, on random robots with every kind of joint: equal up to rounding
 // error, and identical bits for any neighbours and any width.
 #include "grapnel/lanes/states.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 #include <gtest/gtest.h>
 

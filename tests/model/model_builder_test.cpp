@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/model/model.hpp"
+#include "grapnel/model/tree.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"

@@ -3,6 +3,7 @@
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/workspace.hpp"
 
 namespace grapnel {
 namespace {

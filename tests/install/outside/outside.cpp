@@ -1,7 +1,7 @@
 // Runs a scenario with the installed library only.
-#include "public_headers.hpp"
-
 #include <iostream>
+
+#include "grapnel/api/grapnel.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2) return std::cerr << "usage: outside SCENARIO.yaml\n", 2;

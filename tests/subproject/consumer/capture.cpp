@@ -1,7 +1,6 @@
 #include <cstdio>
 
-#include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/api/grapnel.hpp"
 
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
