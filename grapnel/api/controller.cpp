@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/plugin/plugin_controller.hpp"
+#include "grapnel/control/plugin_controller.hpp"
 
 namespace grapnel {
 namespace {
