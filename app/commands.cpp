@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/optimization_report.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
@@ -19,8 +21,6 @@
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/series_export.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/optimization_report.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "output_folder.hpp"

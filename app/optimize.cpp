@@ -5,11 +5,11 @@
 #include <stdexcept>
 
 #include "commands.hpp"
+#include "grapnel/campaign/optimization_report.hpp"
+#include "grapnel/campaign/quantity.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/optimization_report.hpp"
-#include "grapnel/study/quantity.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/plugin/plugin_ends.hpp"
@@ -20,7 +21,6 @@
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

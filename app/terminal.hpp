@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/study/case_pool.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {

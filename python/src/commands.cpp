@@ -9,8 +9,8 @@
 
 #include "binding.hpp"
 #include "commands.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/campaign_table.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/input_files.hpp"
 #include "terminal.hpp"
 
