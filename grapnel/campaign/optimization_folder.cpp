@@ -4,17 +4,15 @@
 #include <optional>
 #include <stdexcept>
 
-#include "commands.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/campaign/optimization_report.hpp"
 #include "grapnel/campaign/quantity.hpp"
-#include "grapnel/campaign/study_files.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/error_text.hpp"
-#include "output_folder.hpp"
-#include "terminal.hpp"
 
-namespace grapnel::app {
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,18 +50,21 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
   return after;
 }
 
-OptimizationOutcome search(const Optimization& optimization, const StudyOptions& options, const std::stop_token& stop) {
-  Progress progress(options.quiet);
-  return optimize(optimization, {.threads = threads_of(options.threads),
-                                 .progress = [&](const CaseProgress& at) { progress.report_points(at); },
-                                 .stop = stop});
+OptimizationOutcome search(const Optimization& optimization, const FolderOptions& options, Listener& listener) {
+  PoolOptions pool{.threads = threads_of(options.threads), .stop = options.stop};
+  if (!options.quiet) {
+    listener.points({});
+    pool.progress = [&](const CaseProgress& at) { listener.points(at); };
+  }
+  return optimize(optimization, pool);
 }
 
 // Writes the evaluations of a stopped search, and the best of them without simulating it again.
-int write_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder) {
+Ending write_stopped(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& folder,
+                     Listener& listener) {
   if (outcome.evaluations.empty()) {
-    to_stderr("{}: stopped before the first evaluation was complete; nothing is written\n", optimization.file);
-    return kInterrupted;
+    listener.remark(optimization.file + ": stopped before the first evaluation was complete; nothing is written");
+    return Ending::interrupted;
   }
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   for (const char* name : {"best.yaml", "comparison.json", "report.html"})
@@ -76,64 +77,48 @@ int write_stopped(const Optimization& optimization, const OptimizationOutcome& o
                                     comment_of(optimization, outcome) + "The search was stopped before its end.\n"));
     best = fmt::format("; the best of them is {}", file.string());
   }
-  to_stderr("{}: stopped: {} of {} evaluations are kept in {}{}\n", optimization.file, outcome.evaluations.size(),
-            optimization.search.evaluations, (folder / "evaluations.csv").string(), best);
-  return kInterrupted;
+  listener.remark(fmt::format("{}: stopped: {} of {} evaluations are kept in {}{}", optimization.file,
+                              outcome.evaluations.size(), optimization.search.evaluations,
+                              (folder / "evaluations.csv").string(), best));
+  return Ending::interrupted;
 }
 
-// Searches and writes the results. Returns the exit code.
-int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder,
-                     const std::stop_token& stop) {
-  const OptimizationOutcome outcome = search(optimization, options, stop);
-  if (stop.stop_requested()) return write_stopped(optimization, outcome, folder);
+// Searches and writes the results.
+Ending search_and_write(const Optimization& optimization, const FolderOptions& options, const fs::path& folder,
+                        Listener& listener) {
+  const OptimizationOutcome outcome = search(optimization, options, listener);
+  if (options.stop.stop_requested()) return write_stopped(optimization, outcome, folder, listener);
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   fs::remove(folder / "best.yaml");  // of an earlier search
   std::optional<Evaluation> after;
   try {
-    if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml", stop);
+    if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml", options.stop);
   } catch (const EvaluationStopped&) {
-    return write_stopped(optimization, outcome, folder);
+    return write_stopped(optimization, outcome, folder, listener);
   }
   const Evaluation* shown = after ? &*after : nullptr;
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
-  const FolderReport report = write_folder_report(folder, ResultKind::optimization, options.no_report);
+  const FolderReport report = write_folder_report(folder, ResultKind::optimization, options.no_report, listener);
   if (!options.quiet) {
-    to_stdout("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
-              comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report.line);
+    listener.note(fmt::format("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
+                              comparison_text(optimization, outcome, shown), folder.string(),
+                              shown ? "best.yaml, " : "", report.line));
   }
-  if (shown) return report.failed ? kSimulationFailed : kDone;
-  to_stderr("{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
-  return kSimulationFailed;
+  if (shown) return report.failed ? Ending::failed : Ending::done;
+  listener.error(optimization.file, why_nothing_is_best(optimization, outcome));
+  return Ending::failed;
 }
 
 }  // namespace
 
-int optimize(const StudyOptions& options) {
-  Optimization optimization;
+Ending run_optimization_folder(const Optimization& optimization, const fs::path& folder, const FolderOptions& options,
+                               Listener& listener) {
   try {
-    std::vector<Fault> warnings;
-    optimization = load_optimization(options.study, &warnings);
-    print_errors(warnings);
-  } catch (const InputError& error) {
-    print_errors(error.faults());
-    return kBadInput;
-  }
-  const std::optional<fs::path> made = results_folder(options.output, options.study, Outputs::optimization);
-  if (!made) return kBadInput;
-  const fs::path& folder = *made;
-  if (!may_replace(folder / "best.yaml")) return kBadInput;
-  if (!options.quiet) {
-    to_stdout("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
-              optimization.sha256.substr(0, 12));
-    flush_stdout();
-  }
-  try {
-    const StopSignal stop(options.stop);
-    return search_and_write(optimization, options, folder, stop.token());
+    return search_and_write(optimization, options, folder, listener);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error_text(error));
-    return kSimulationFailed;
+    listener.error("grapnel", error_text(error));
+    return Ending::failed;
   }
 }
 
-}  // namespace grapnel::app
+}  // namespace grapnel

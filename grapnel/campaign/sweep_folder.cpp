@@ -1,21 +1,21 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
-#include "commands.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
-#include "grapnel/campaign/run_campaign.hpp"
-#include "grapnel/campaign/study_files.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/text/error_text.hpp"
-#include "output_folder.hpp"
-#include "run_problem.hpp"
-#include "terminal.hpp"
 
-namespace grapnel::app {
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,15 +52,15 @@ class PartialTable {
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& options, const fs::path& folder,
-                                   PartialTable& partial, const std::stop_token& stop) {
-  Progress progress(options.quiet);
-  const std::vector<CaseRow> rows = run_sweep(study,
-                                              {.threads = threads_of(options.threads),
-                                               .progress = [&](const CaseProgress& at) { progress.report_points(at); },
-                                               .stop = stop},
-                                              [&](const CaseRow& row) { partial.add(row); });
-  if (stop.stop_requested()) return rows;
+std::vector<CaseRow> run_and_write(const Campaign& study, const FolderOptions& options, const fs::path& folder,
+                                   PartialTable& partial, Listener& listener) {
+  PoolOptions pool{.threads = threads_of(options.threads), .stop = options.stop};
+  if (!options.quiet) {
+    listener.points({});
+    pool.progress = [&](const CaseProgress& at) { listener.points(at); };
+  }
+  const std::vector<CaseRow> rows = run_sweep(study, pool, [&](const CaseRow& row) { partial.add(row); });
+  if (options.stop.stop_requested()) return rows;
   write_campaign_tables(folder, study, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
     for (const CaseRow& row : rows) take(row);
   });
@@ -72,7 +72,7 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& op
 }
 
 // Warns of completed points with bad verdicts: a column for each verdict.
-void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, const fs::path& file) {
+void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, Listener& listener) {
   struct Verdict {
     std::string_view column;
     bool (*against)(double value);
@@ -93,58 +93,40 @@ void warn_of_verdicts(const Campaign& study, const std::vector<CaseRow>& rows, c
       return row.status == CaseStatus::ok && k < row.values.size() && verdict.against(row.values[k]);
     });
     if (count > 0)
-      to_stderr("{}: warning: {} of {} points {}, see {} in table.csv\n", file.string(), count, rows.size(),
-                verdict.words, verdict.column);
+      listener.warning(study.file, fmt::format("{} of {} points {}, see {} in table.csv", count, rows.size(),
+                                               verdict.words, verdict.column));
   }
 }
 
 }  // namespace
 
-int sweep(const StudyOptions& options) {
-  Campaign study;
-  try {
-    std::vector<Fault> warnings;
-    study = load_study(options.study, &warnings);
-    print_errors(warnings);
-  } catch (const InputError& error) {
-    print_errors(error.faults());
-    return kBadInput;
-  }
-  if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});
-  const std::optional<fs::path> made = results_folder(options.output, options.study, Outputs::sweep);
-  if (!made) return kBadInput;
-  const fs::path& folder = *made;
-  if (!options.quiet) {
-    to_stdout("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
-              study.sha256.substr(0, 12));
-    flush_stdout();
-  }
+Ending run_sweep_folder(const Campaign& study, const fs::path& folder, const FolderOptions& options,
+                        Listener& listener) {
   PartialTable partial(folder / "table.partial.csv", study);
   std::vector<CaseRow> rows;
-  const StopSignal stop(options.stop);
   try {
-    rows = run_and_write(study, options, folder, partial, stop.token());
+    rows = run_and_write(study, options, folder, partial, listener);
   } catch (const std::exception& error) {
-    to_stderr("grapnel: error: {}\n", error_text(error));
-    return kSimulationFailed;
+    listener.error("grapnel", error_text(error));
+    return Ending::failed;
   }
-  if (stop.poll()) {
+  if (options.stop.stop_requested()) {
     partial.flush();
-    to_stderr("{}: stopped: {} of {} points are kept in {}\n", options.study.string(), rows.size(), study.total(),
-              partial.path().string());
-    return kInterrupted;
+    listener.remark(fmt::format("{}: stopped: {} of {} points are kept in {}", study.file, rows.size(), study.total(),
+                                partial.path().string()));
+    return Ending::interrupted;
   }
   partial.remove();
-  const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
+  const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report, listener);
   if (!options.quiet)
-    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows), folder.string(),
-              report.line);
-  warn_of_verdicts(study, rows, options.study);
+    listener.note(fmt::format("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows),
+                              folder.string(), report.line));
+  warn_of_verdicts(study, rows, listener);
   const std::size_t ok = count_of(rows, CaseStatus::ok);
-  if (ok == rows.size()) return report.failed ? kSimulationFailed : kDone;
-  to_stderr("{}: warning: {} of {} points are not ok, see status and reason in table.csv\n", options.study.string(),
-            rows.size() - ok, rows.size());
-  return report.failed ? kSimulationFailed : kSomeFailed;
+  if (ok == rows.size()) return report.failed ? Ending::failed : Ending::done;
+  listener.warning(study.file, fmt::format("{} of {} points are not ok, see status and reason in table.csv",
+                                           rows.size() - ok, rows.size()));
+  return report.failed ? Ending::failed : Ending::some_failed;
 }
 
-}  // namespace grapnel::app
+}  // namespace grapnel

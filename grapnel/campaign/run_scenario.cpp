@@ -1,16 +1,18 @@
-#include "run_problem.hpp"
+#include "grapnel/campaign/run_scenario.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
-#include "commands.hpp"
 #include "grapnel/campaign/case_pool.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/plugin/plugin_ends.hpp"
@@ -22,10 +24,8 @@
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/error_text.hpp"
-#include "output_folder.hpp"
-#include "terminal.hpp"
 
-namespace grapnel::app {
+namespace grapnel {
 namespace fs = std::filesystem;
 
 namespace {
@@ -116,19 +116,72 @@ namespace {
 // Age from which temporary files of killed runs are removed [s].
 constexpr double kAbandoned = 3600;
 
-// Prints one line on stderr for each line of the message.
-int bad_input(const fs::path& file, const std::exception& error) {
+// One error for each line of the message.
+Ending bad_input(const fs::path& file, const std::exception& error, Listener& listener) {
   std::string text = error_text(error);
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    to_stderr("{}: error: {}\n", file.string(), text.substr(at, end - at));
+    listener.error(file.string(), text.substr(at, end - at));
     at = end + 1;
   }
-  return kBadInput;
+  return Ending::bad_input;
+}
+
+// Warns that a long phase is slow, and why, even without progress. The first warning comes after 20 s, if the phase
+// takes at least as long again. Further warnings follow whenever the elapsed time has doubled.
+class SlowWarning {
+ public:
+  SlowWarning(const CaptureProblem& problem, const fs::path& file, Listener& listener)
+      : problem_(problem), file_(file.string()), listener_(listener) {}
+  void report(const std::string& phase, double at, double end);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr double kSlow = 20;  // [s]
+  const CaptureProblem& problem_;
+  std::string file_;
+  Listener& listener_;
+  std::string phase_;
+  double first_ = 0;
+  Clock::time_point begin_ = Clock::now();
+  double next_ = kSlow;  // [s]
+};
+
+void SlowWarning::report(const std::string& phase, double at, double end) {
+  const Clock::time_point now = Clock::now();
+  if (phase != phase_) {
+    phase_ = phase;
+    first_ = at;
+    begin_ = now;
+    next_ = kSlow;
+  }
+  const double elapsed = std::chrono::duration<double>(now - begin_).count();
+  if (elapsed < next_) return;
+  next_ = 2 * elapsed;
+  const double rate = (at - first_) / elapsed, left = rate > 0 ? (end - at) / rate : HUGE_VAL;
+  if (left < elapsed) return;
+  if (phase == kPlanning && !(end > 0)) {
+    listener_.warning(file_, fmt::format("slow: the targets' motion before the capture has taken {:.0f} s so far; {}",
+                                         elapsed, causes_of_short_steps(problem_, phase)));
+    return;
+  }
+  if (phase == kPlanning) {
+    listener_.warning(
+        file_,
+        fmt::format("slow: planning has made {:.3g} evaluations in {:.0f} s and ends at most at {:.3g}, about {:.0f} s "
+                    "from now; to shorten it, reduce the starts, knots and constraints of approach.plan",
+                    at, elapsed, end, left));
+    return;
+  }
+  const std::string time = left < 1e6 ? fmt::format("about {:.0f} s left", left) : "no estimate of the end";
+  listener_.warning(
+      file_, fmt::format("slow: {} is at t = {:.4g} of {:.4g} s after {:.0f} s, {:.2g} simulated s per s, {}; to "
+                         "speed it up, most effective first: {}",
+                         phase, at, end, elapsed, rate, time, causes_of_short_steps(problem_, phase)));
 }
 
 // Warns of long time series before the simulation begins.
-void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
+void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder, Listener& listener) {
   constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
   const double duration = (problem.approach ? problem.approach->duration : 0.0) + problem.post_impact.total_duration();
   if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
@@ -137,14 +190,16 @@ void announce_series(const CaptureProblem& problem, const fs::path& file, const 
   std::error_code unknown;
   const fs::space_info space = fs::space(folder, unknown);
   const bool short_of_room = !unknown && static_cast<double>(space.available) < expected.bytes();
-  to_stderr(
-      "{}: warning: output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
-      "before compression{}; a longer interval makes fewer\n",
-      file.string(), problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
-      short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
+  listener.warning(
+      file.string(),
+      fmt::format(
+          "output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
+          "before compression{}; a longer interval makes fewer",
+          problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
+          short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : ""));
 }
 
-// The table without the reason of a failure, which is printed once, on stderr.
+// The table without the reason of a failure, which is an error of the listener.
 std::string table_of(CaptureResult& result) {
   const bool unplanned = result.failure.starts_with("planning");
   const std::string failure =
@@ -154,53 +209,48 @@ std::string table_of(CaptureResult& result) {
   return table;
 }
 
-void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::path& file) {
-  for (const std::string& slow : slow_phases(problem, result)) to_stderr("{}: warning: {}\n", file.string(), slow);
-  for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
+void warn(const CaptureProblem& problem, const CaptureResult& result, const std::string& file, Listener& listener) {
+  for (const std::string& slow : slow_phases(problem, result)) listener.warning(file, slow);
+  for (const std::string& warning : result.warnings) listener.warning(file, warning);
   for (const GraspOutcome& grasp : result.grasps) {
     if (grasp.captured || result.failure.find(grasp.reason) != std::string::npos) continue;  // already in the failure
-    to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grasp.end_effector, grasp.target,
-              grasp.reason);
+    listener.warning(file, fmt::format("{} does not capture {}: {}", grasp.end_effector, grasp.target, grasp.reason));
   }
-  if (result.capture_verdict() == Captured::assumed)
-    to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
-  if (result.ledger.feasibility() != Verdict::yes)
-    to_stderr("{}: warning: {}\n", file.string(), feasibility_sentence(result));
-  if (const std::string ratings = ratings_sentence(result); !ratings.empty())
-    to_stderr("{}: warning: {}\n", file.string(), ratings);
+  if (result.capture_verdict() == Captured::assumed) listener.warning(file, capture_sentence(result));
+  if (result.ledger.feasibility() != Verdict::yes) listener.warning(file, feasibility_sentence(result));
+  if (const std::string ratings = ratings_sentence(result); !ratings.empty()) listener.warning(file, ratings);
 }
 
-// Prints why the conservation checks of a completed run failed, and the remedies.
-void refuse_result(const Ledger& ledger, const fs::path& file) {
+// Tells why the conservation checks of a completed run failed, and the remedies.
+void refuse_result(const Ledger& ledger, const std::string& file, Listener& listener) {
   for (const LedgerEntry& entry : ledger.entries) {
     if (entry.kind != LedgerEntry::Kind::conservation || entry.pass()) continue;
-    to_stderr("{}: error: conservation check failed: {}{}{}\n", file.string(), failure_text(entry),
-              entry.advice.empty() ? "" : ": ", entry.advice);
+    listener.error(file, fmt::format("conservation check failed: {}{}{}", failure_text(entry),
+                                     entry.advice.empty() ? "" : ": ", entry.advice));
   }
 }
 
 }  // namespace
 
-int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
-                const RunSwitches& switches) {
+Ending run_scenario(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
+                    const RunSwitches& switches, Listener& listener) {
   remove_leftovers(folder, kAbandoned);
   LatePluginEnds ends;  // writes a plugin's results before its destroy() can end the program
   CaptureResult result;
   TimeSeriesFile series(folder / "timeseries.h5", {GRAPNEL_VERSION, problem.name, problem.sha256});
   try {
-    if (!switches.mute) announce_series(problem, file, folder);
-    Progress progress(switches.quiet);
-    SlowWarning slow(file.string(), [&](const std::string& phase) { return causes_of_short_steps(problem, phase); });
+    if (!switches.mute) announce_series(problem, file, folder, listener);
+    SlowWarning slow(problem, file, listener);
     const auto follow = [&](const std::string& phase, double at, double end) {
       if (switches.stop.stop_requested()) throw std::runtime_error("stopped");
-      progress.report(phase, at, end);
+      if (!switches.quiet) listener.phase(phase, at, end);
       if (!switches.mute) slow.report(phase, at, end);
     };
     result = simulate_run(problem, switches.warnings, follow, &series);
   } catch (const CaptureProblemError& error) {
-    return bad_input(file, error);
+    return bad_input(file, error, listener);
   } catch (const ModelError& error) {
-    return bad_input(file, error);
+    return bad_input(file, error, listener);
   }
   const std::string table = switches.quiet ? std::string() : table_of(result);
   const std::vector<std::string> warnings = result.warnings;
@@ -208,24 +258,25 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   const bool any_samples = series.samples() + result.series.time.size() > 0;
   const Written written = write_results(
       problem, result, any_samples, [&](const fs::path&) { series.finish(result.series); }, folder);
-  result.warnings = warnings;  // the warnings about the input have been printed
+  result.warnings = warnings;  // the listener knows the warnings about the input
   const bool complete = written.faults.empty();
-  const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete);
-  if (!switches.quiet) to_stdout("{}\nresults in {}: {}\n{}", table, folder.string(), written.names(), report.line);
-  if (!switches.mute) warn(problem, result, file);
-  for (const std::string& fault : written.faults) to_stderr("grapnel: error: {}\n", fault);
-  flush_stdout();
+  const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete, listener);
+  if (!switches.quiet)
+    listener.note(fmt::format("{}\nresults in {}: {}\n{}", table, folder.string(), written.names(), report.line));
+  if (!switches.mute) warn(problem, result, file.string(), listener);
+  for (const std::string& fault : written.faults) listener.error("grapnel", fault);
   ends.finish();
   if (result.status == CaptureStatus::completed) {
-    if (!switches.mute) refuse_result(result.ledger, file);
-    return report.failed || !complete || !result.ledger.pass() ? kSimulationFailed : kDone;
+    if (!switches.mute) refuse_result(result.ledger, file.string(), listener);
+    return report.failed || !complete || !result.ledger.pass() ? Ending::failed : Ending::done;
   }
   if (switches.stop.stop_requested()) {
-    if (!switches.mute) to_stderr("{}: stopped; the results so far are in {}\n", file.string(), folder.string());
-    return kInterrupted;
+    if (!switches.mute)
+      listener.remark(fmt::format("{}: stopped; the results so far are in {}", file.string(), folder.string()));
+    return Ending::interrupted;
   }
-  if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
-  return kSimulationFailed;
+  if (!switches.mute) listener.error(file.string(), "the simulation failed: " + result.failure);
+  return Ending::failed;
 }
 
 namespace {
@@ -265,47 +316,44 @@ std::string comment_of(const Campaign& campaign, std::uint64_t k) {
 
 }  // namespace
 
-int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::path& folder,
-                        const RunSwitches& switches) {
+Ending run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::path& folder,
+                           const RunSwitches& switches, Listener& listener) {
   const fs::path file = folder / "scenario.yaml";
-  if (!may_replace(file)) return kBadInput;
+  if (!may_replace(file, listener)) return Ending::bad_input;
   CaptureProblem problem;
   try {
     write_file_atomically(file, campaign.scenario_text(k, {}, comment_of(campaign, k)));
     problem = load_scenario(file);
   } catch (const InputError& error) {
-    print_errors(error.faults());
-    return kBadInput;
+    listener.faults(error.faults());
+    return Ending::bad_input;
   } catch (const std::exception& error) {
-    to_stderr("{}: error: {} {}: {}\n", campaign.file, word_of(campaign), k, error_text(error));
-    return kBadInput;
+    listener.error(campaign.file, fmt::format("{} {}: {}", word_of(campaign), k, error_text(error)));
+    return Ending::bad_input;
   }
   if (!switches.quiet) {
-    to_stdout("grapnel {}, {} {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, word_of(campaign), k,
-              campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.file, file.string(),
-              problem.sha256.substr(0, 12));
-    flush_stdout();
+    listener.note(fmt::format("grapnel {}, {} {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION,
+                              word_of(campaign), k, campaign.kind == CampaignKind::sweep ? "study" : "campaign",
+                              campaign.file, file.string(), problem.sha256.substr(0, 12)));
   }
-  return run_problem(problem, file, folder, switches);
+  return run_scenario(problem, file, folder, switches, listener);
 }
 
-int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& requested, const RunSwitches& switches) {
+Ending only_case(const Campaign& campaign, std::uint64_t k, const fs::path& requested, const RunSwitches& switches,
+                 Listener& listener) {
   // Cases beyond the campaign's own are those of --extend; a design has none.
   if (!campaign.design.empty() && k >= campaign.total()) {
-    to_stderr("{0}: error: there is no {1} {2}: the {3} has {1}s 0 to {4}\n", campaign.file, word_of(campaign), k,
-              campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.total() - 1);
-    return kBadInput;
+    listener.error(campaign.file,
+                   fmt::format("there is no {0} {1}: the {2} has {0}s 0 to {3}", word_of(campaign), k,
+                               campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.total() - 1));
+    return Ending::bad_input;
   }
   const fs::path file = campaign.file;
   const std::optional<fs::path> folder = results_folder(
       requested.empty() ? fs::path("out") / fmt::format("{}-{}-{}", file.stem().string(), word_of(campaign), k)
                         : requested,
-      file, Outputs::case_run);
-  if (!folder) return kBadInput;
-  const StopSignal stop;
-  RunSwitches stoppable = switches;
-  stoppable.stop = stop.token();
-  return run_case_completely(campaign, k, *folder, stoppable);
+      file, Outputs::case_run, listener);
+  return folder ? run_case_completely(campaign, k, *folder, switches, listener) : Ending::bad_input;
 }
 
-}  // namespace grapnel::app
+}  // namespace grapnel

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// One capture, simulated, written and printed: of a scenario, a point of a sweep or a case of a campaign.
+/// One capture, simulated and written to a folder: of a scenario, a point of a sweep or a case of a campaign. Thread
+/// safety: one call per folder at a time.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,10 +13,11 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/listener.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
-namespace grapnel::app {
+namespace grapnel {
 
 /// Runs simulate_capture(). An exception that is not an input error becomes the failure of the result. If planning
 /// failed, the failure also lists the warnings about the input (`warnings`). @throws CaptureProblemError, ModelError,
@@ -39,28 +41,28 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
                       const std::filesystem::path& folder);
 
 struct RunSwitches {
-  bool quiet = false;      // prints errors and warnings only
+  bool quiet = false;      // no notes and no progress
   bool no_report = false;  // no report.html
-  bool mute = false;       // prints neither warnings nor failures: one of many runs
-  /// Warnings about implausible input: already printed, and stored with the result.
+  bool mute = false;       // neither warnings nor failures for the listener: one of many runs
+  /// Warnings about implausible input: already known to the listener, and stored with the result.
   std::vector<std::string> warnings = {};
   std::stop_token stop = {};  // requests an early end with the results so far
 };
 
-/// Simulates, writes summary.json, timeseries.h5, scene.json and report.html into `folder`, prints the results, and
-/// prints warnings that name `file`. An output that cannot be written is an error; the others are written. Returns the
-/// exit code.
-int run_problem(const CaptureProblem& problem, const std::filesystem::path& file, const std::filesystem::path& folder,
-                const RunSwitches& switches);
+/// Simulates and writes summary.json, timeseries.h5, scene.json, scenario.json and report.html into `folder`. The
+/// listener gets the table of results, and warnings that name `file`. An output that cannot be written is an error; the
+/// others are written. A failed or stopped simulation leaves the results so far.
+Ending run_scenario(const CaptureProblem& problem, const std::filesystem::path& file,
+                    const std::filesystem::path& folder, const RunSwitches& switches, Listener& listener);
 
 /// Writes case k as a complete scenario, FOLDER/scenario.yaml, and runs that file like `grapnel run`, so that the
-/// results belong to this file. Returns the exit code.
-int run_case_completely(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& folder,
-                        const RunSwitches& switches);
+/// results belong to this file.
+Ending run_case_completely(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& folder,
+                           const RunSwitches& switches, Listener& listener);
 
 /// The same for --only: checks that the case exists, and chooses its folder; `requested`: the folder that the user
 /// named, or empty.
-int only_case(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& requested,
-              const RunSwitches& switches);
+Ending only_case(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& requested,
+                 const RunSwitches& switches, Listener& listener);
 
-}  // namespace grapnel::app
+}  // namespace grapnel

@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
 
-#include "campaign_folder.hpp"
-#include "commands.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
+#include "grapnel/campaign/manifest.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/faults.hpp"
-#include "output_folder.hpp"
-#include "terminal.hpp"
 
-namespace grapnel::app {
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,17 +29,17 @@ struct Source {
   Manifest manifest;
 };
 
-// The folders' manifests, all of one campaign. Empty if they differ or cannot be read; the errors are on stderr.
-std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
+// The folders' manifests, all of one campaign. Empty if they differ or cannot be read; the listener has the errors.
+std::optional<std::vector<Source>> sources_of(std::span<const fs::path> folders, Listener& listener) {
   std::vector<Source> sources;
   bool sound = true;
-  for (const fs::path& folder : options.folders) {
+  for (const fs::path& folder : folders) {
     std::optional<Manifest> manifest;
     try {
       manifest = read_manifest(folder);
       if (!manifest) throw std::runtime_error(folder.string() + ": contains no campaign (manifest.json is missing)");
     } catch (const std::exception& error) {
-      to_stderr("grapnel: error: {}\n", error_text(error));
+      listener.error("grapnel", error_text(error));
       sound = false;
       continue;
     }
@@ -52,9 +52,8 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
             fmt::format("its shards have {} cases, not {}", manifest->block_size, first.manifest.block_size));
       if (!lines.empty()) {
         sound = false;
-        to_stderr("grapnel: error: {} and {} hold different campaigns. Differences of the former:\n", folder.string(),
-                  first.folder.string());
-        for (const std::string& line : lines) to_stderr("  {}\n", line);
+        listener.error("grapnel", fmt::format("{} and {} hold different campaigns. Differences of the former:\n  {}",
+                                              folder.string(), first.folder.string(), fmt::join(lines, "\n  ")));
       }
     }
     sources.push_back({folder, std::move(*manifest)});
@@ -105,39 +104,41 @@ void take_rows(Found& found, std::vector<CaseRow> rows, const fs::path& folder) 
 }
 
 // The rows of one block of the merged campaign that folder `source` holds.
-std::vector<CaseRow> rows_in(const Source& source, const Campaign& campaign, std::uint64_t number) {
+std::vector<CaseRow> rows_in(const Source& source, const Campaign& campaign, std::uint64_t number, Listener& listener) {
   const std::uint64_t size = source.manifest.block_size;
   if (number >= block_count(size, source.manifest.total)) return {};
   const Block block = block_at(number, size, source.manifest.total);
   auto rows = read_shard(source.folder, campaign, block, source.manifest.arithmetic);
   std::error_code none;
   if (!rows && fs::exists(shard_path(source.folder, number), none))
-    to_stderr("grapnel: warning: {} is left out: it is damaged, or its arithmetic differs from its manifest\n",
-              shard_path(source.folder, number).string());
+    listener.warning("grapnel",
+                     fmt::format("{} is left out: it is damaged, or its arithmetic differs from its manifest",
+                                 shard_path(source.folder, number).string()));
   return rows ? std::move(*rows) : std::vector<CaseRow>{};
 }
 
 // Collects all blocks of all sources in the store.
-void gather(const std::vector<Source>& sources, const Campaign& campaign, ShardStore& store, StopSignal& stop) {
+void gather(const std::vector<Source>& sources, const Campaign& campaign, ShardStore& store,
+            const std::stop_token& stop, Listener& listener) {
   const std::uint64_t blocks = block_count(store.block_size(), store.total());
-  for (std::uint64_t number = 0; number < blocks && !stop.poll(); ++number) {
+  for (std::uint64_t number = 0; number < blocks && !stop.stop_requested(); ++number) {
     const Block block = block_at(number, store.block_size(), store.total());
     Found found{store.rows(block), store.folder()};
     const std::size_t there = found.rows.size();
     for (const Source& source : sources) {
       std::error_code none;
       if (!fs::equivalent(source.folder, store.folder(), none))
-        take_rows(found, rows_in(source, campaign, number), source.folder);
+        take_rows(found, rows_in(source, campaign, number, listener), source.folder);
     }
     if (found.rows.size() > there) store.write(block, found.rows);
   }
 }
 
-int merge_into(const std::vector<Source>& sources, Campaign campaign, const MergeOptions& options,
-               const std::string& command) {
+Ending merge_into(const std::vector<Source>& sources, Campaign campaign, const fs::path& folder,
+                  const CampaignFolderOptions& options, Listener& listener) {
   std::uint64_t total = 0;
   for (const Source& source : sources) total = std::max(total, source.manifest.total);
-  ShardStore store(options.output, campaign,
+  ShardStore store(folder, campaign,
                    {.version = sources.front().manifest.version,
                     .writer = {},
                     .extend = 0,
@@ -148,41 +149,38 @@ int merge_into(const std::vector<Source>& sources, Campaign campaign, const Merg
     throw ForeignFolder(fmt::format("'{}' has blocks of {} cases, '{}' of {}", source.folder.string(),
                                     source.manifest.block_size, store.folder().string(), store.block_size()));
   }
-  StopSignal stop;
-  gather(sources, campaign, store, stop);
+  gather(sources, campaign, store, options.stop, listener);
   take_total(campaign, store);
   StoreCounts all;
   store.missing(0, 1, &all);
-  if (stop.poll()) {
-    print_stopped(store.folder(), all.rows, store.total(), command);
-    return kInterrupted;
-  }
+  if (options.stop.stop_requested())
+    return tell_stopped(store.folder(), all.rows, store.total(), options.command, listener);
   if (all.complete < all.blocks) {
-    to_stderr(
-        "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, so no results can be written yet; grapnel "
-        "campaign {} -o {} computes the missing cases{}\n",
-        all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
-        store.folder().string(),
-        store.arithmetic() == arithmetic_here()
-            ? ""
-            : fmt::format(", on a machine whose arithmetic is '{}'", store.arithmetic()));
-    return kSimulationFailed;
+    listener.error(
+        "grapnel",
+        fmt::format(
+            "{} of {} blocks ({} of {} cases) are in {}, so no results can be written yet; grapnel campaign {} -o "
+            "{} computes the missing cases{}",
+            all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
+            store.folder().string(),
+            store.arithmetic() == arithmetic_here()
+                ? ""
+                : fmt::format(", on a machine whose arithmetic is '{}'", store.arithmetic())));
+    return Ending::failed;
   }
-  return write_campaign_results(campaign, store.folder(),
-                                {options.quiet, options.no_report, options.no_csv, threads_of(0)}, stop);
+  return write_campaign_results(campaign, store.folder(), options, listener);
 }
 
 }  // namespace
 
-int merge(const MergeOptions& options) {
-  const auto sources = sources_of(options);
-  if (!sources) return kBadInput;
-  const Campaign campaign = campaign_of(sources->front());
-  if (!results_folder(options.output, "", Outputs::campaign)) return kBadInput;
-  std::string command = "grapnel merge";
-  for (const fs::path& folder : options.folders) command += " " + folder.string();
-  command += " -o " + options.output.string();
-  return with_store_errors(options.output, command, [&] { return merge_into(*sources, campaign, options, command); });
+Ending merge_folders(std::span<const fs::path> sources, const fs::path& folder, const CampaignFolderOptions& options,
+                     Listener& listener) {
+  const auto found = sources_of(sources, listener);
+  if (!found) return Ending::bad_input;
+  const Campaign campaign = campaign_of(found->front());
+  if (!results_folder(folder, "", Outputs::campaign, listener)) return Ending::bad_input;
+  return with_store_errors(folder, options.command, listener,
+                           [&] { return merge_into(*found, campaign, folder, options, listener); });
 }
 
-}  // namespace grapnel::app
+}  // namespace grapnel
