@@ -1,19 +1,18 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
 
-#include "campaign_folder.hpp"
 #include "commands.hpp"
-#include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
+#include "grapnel/campaign/result_folder.hpp"
+#include "grapnel/campaign/run_scenario.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/text/error_text.hpp"
-#include "output_folder.hpp"
-#include "run_problem.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -23,16 +22,8 @@ namespace {
 
 // --- The part of a campaign that this process computes ---
 
-// Part `number`, counted from 0, of `count`.
-struct JobShard {
-  std::uint64_t number = 0, count = 1;
+struct JobShard : CampaignPart {
   bool by_slurm = false;  // from the environment variables of SLURM
-
-  bool is_part() const { return count > 1; }
-  // "3/8": the form that --shard accepts, counted from 1.
-  std::string text() const { return fmt::format("{}/{}", number + 1, count); }
-  // The name of its lock file: "task-3-of-8".
-  std::string writer() const { return fmt::format("task-{}-of-{}", number + 1, count); }
 };
 
 // Reads an environment variable; null if it is not set.
@@ -52,7 +43,7 @@ JobShard stated(const std::string& argument) {
   if (!i || !n || *i < 1 || *i > *n)
     throw std::invalid_argument(
         fmt::format("--shard: '{}' must be i/N with i from 1 to N, as in 3/8, or 'slurm'", argument));
-  return {*i - 1, *n, false};
+  return {{*i - 1, *n}, false};
 }
 
 std::uint64_t variable(const char* name, const Environment& environment) {
@@ -81,7 +72,7 @@ JobShard by_slurm(const Environment& environment) {
     throw std::invalid_argument(fmt::format(
         "the array has {} tasks where {} to {} by {} would be {}: number them without gaps, or use --shard i/N",
         variable("SLURM_ARRAY_TASK_COUNT", environment), first, last, step, count));
-  return {(id - first) / step, count, true};
+  return {{(id - first) / step, count}, true};
 }
 
 // "i/N" with 1 <= i <= N; "slurm": SLURM_ARRAY_TASK_ID among SLURM_ARRAY_TASK_MIN, _MAX, _STEP; empty: as "slurm" if
@@ -93,81 +84,77 @@ JobShard job_shard(const std::string& argument, const Environment& environment) 
   return environment("SLURM_ARRAY_TASK_ID") == nullptr ? JobShard{} : by_slurm(environment);
 }
 
-// --- The command ---
+// --- The commands ---
 
-// Ends one task of a job array; the last task writes the results.
-int part_is_done(const JobShard& shard, const StoreCounts& all, const CaseProgress& own,
-                 const CampaignRunOptions& options) {
-  if (!options.quiet)
-    to_stdout(
-        "part {} is complete; {} of {} blocks are complete\nThe last part writes the results. If a part is "
-        "lost, rerun it, or compute all remaining cases by the command without --shard: {}\n",
-        shard.text(), all.complete, all.blocks, options.resume);
-  return own.not_ok > 0 ? kSomeFailed : kDone;
+void print_start(const StudyOptions& options, const char* kind, const std::string& sha256) {
+  if (options.quiet) return;
+  to_stdout("grapnel {}, {} {} (sha256 {})\n\n", GRAPNEL_VERSION, kind, options.study.string(), sha256.substr(0, 12));
+  flush_stdout();
 }
 
-// Prints the expected duration of a long campaign before it begins, and which computations dominate it. The cases
-// computed for the estimate are discarded.
-void print_expected_duration(const Campaign& campaign, const ShardStore& store, const JobShard& shard, int threads,
-                             StopSignal& stop) {
-  constexpr double kLong = 20;  // [s]
-  const auto seconds = [] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  };
-  const std::vector<ShardStore::Missing> missing = store.missing(shard.number, shard.count);
-  const auto estimate = estimate_campaign(block_work(campaign), missing, threads, kLong, seconds, stop.token());
-  if (!estimate || estimate->seconds < kLong) return;
-  to_stderr("grapnel: {}\n", estimate_text(*estimate));
-  for (const std::string& line : slow_settings(campaign, missing.front().block.begin, stop.token()))
-    to_stderr("grapnel: most of the time is spent on: {}\n", line);
-}
-
-CaseProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
-                     const CampaignRunOptions& options, StopSignal& stop) {
-  Progress progress(options.quiet);
-  CampaignOptions run;
-  run.threads = threads_of(options.threads);
-  run.shard = shard.number;
-  run.shards = shard.count;
-  run.stop = stop.token();
-  run.progress = [&](const CaseProgress& at) {
-    stop.poll();
-    progress.report_campaign(at);
-  };
-  return run_campaign(block_work(campaign), store, run);
-}
-
-int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& shard, const CampaignRunOptions& options,
-                  StopSignal& stop, std::string& command) {
-  ShardStore store(
-      folder, campaign,
-      {.version = GRAPNEL_VERSION, .writer = shard.is_part() ? shard.writer() : "", .extend = options.extend});
-  take_total(campaign, store);
-  command = options.resume;
-  if (!options.quiet) print_start(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
-  if (!options.quiet) print_expected_duration(campaign, store, shard, threads_of(options.threads), stop);
-  const CaseProgress done = compute(campaign, store, shard, options, stop);
-  if (done.stopped) {
-    print_stopped(folder, done.done, done.total, options.resume);
-    return kInterrupted;
+// What load() reads, after its warnings have been printed; empty if the file has errors, which are printed.
+template <class Read>
+auto loaded(const fs::path& file, Read (*load)(const fs::path&, std::vector<Fault>*)) -> std::optional<Read> {
+  try {
+    std::vector<Fault> warnings;
+    Read read = load(file, &warnings);
+    print_errors(warnings);
+    return read;
+  } catch (const InputError& error) {
+    print_errors(error.faults());
+    return std::nullopt;
   }
-  if (shard.is_part()) {
-    StoreCounts all;
-    store.missing(0, 1, &all);
-    if (all.complete < all.blocks) return part_is_done(shard, all, done, options);
-  }
-  const int code = write_campaign_results(
-      campaign, folder, {options.quiet, options.no_report, options.no_csv, threads_of(options.threads)}, stop);
-  if (code == kInterrupted) print_stopped(folder, done.done, done.total, options.resume);
-  return code;
+}
+
+// --only: one point or case as a complete run.
+template <class Options>
+int run_only(const Campaign& campaign, const Options& options) {
+  const StopSignal stop;
+  Terminal terminal;
+  return code_of(only_case(
+      campaign, *options.only, options.output,
+      {.quiet = options.quiet, .no_report = options.no_report, .warnings = {}, .stop = stop.token()}, terminal));
 }
 
 }  // namespace
 
-int campaign(const CampaignRunOptions& options) {
-  std::optional<Campaign> loaded = campaign_from_file(options);
-  if (!loaded) return kBadInput;
-  if (options.only) return only_case(*loaded, *options.only, options.output, {options.quiet, options.no_report});
+int sweep(StudyOptions options) {
+  const std::optional<Campaign> study = loaded(options.study, load_study);
+  if (!study) return kBadInput;
+  if (options.only) return run_only(*study, options);
+  Terminal terminal;
+  const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::sweep, terminal);
+  if (!folder) return kBadInput;
+  print_start(options, "study", study->sha256);
+  const StopSignal stop;
+  options.stop = stop.token();
+  return code_of(run_sweep_folder(*study, *folder, options, terminal));
+}
+
+int optimize(StudyOptions options) {
+  const std::optional<Optimization> optimization = loaded(options.study, load_optimization);
+  if (!optimization) return kBadInput;
+  Terminal terminal;
+  const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::optimization, terminal);
+  if (!folder || !may_replace(*folder / "best.yaml", terminal)) return kBadInput;
+  print_start(options, "optimization", optimization->sha256);
+  const StopSignal stop;
+  options.stop = stop.token();
+  return code_of(run_optimization_folder(*optimization, *folder, options, terminal));
+}
+
+void print_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
+  if (options.quiet) return;
+  to_stdout("grapnel {}, campaign {} (sha256 {})\n", GRAPNEL_VERSION, options.study.string(),
+            campaign.sha256.substr(0, 12));
+  flush_stdout();
+}
+
+int campaign(CampaignRunOptions options) {
+  Terminal terminal;
+  std::optional<Campaign> campaign = campaign_from_file(options.study, options.map, terminal);
+  if (!campaign) return kBadInput;
+  if (options.only) return run_only(*campaign, options);
   JobShard shard;
   try {
     shard = job_shard(options.shard, [](const char* name) { return std::getenv(name); });
@@ -175,15 +162,25 @@ int campaign(const CampaignRunOptions& options) {
     to_stderr("grapnel: error: {}\n", error_text(error));
     return kBadInput;
   }
-  const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::campaign);
+  const std::optional<fs::path> folder = results_folder(options.output, options.study, Outputs::campaign, terminal);
   if (!folder) return kBadInput;
-  print_campaign(*loaded, options);
+  print_campaign(*campaign, options);
   if (shard.by_slurm && !options.quiet)
     to_stdout("part {} from SLURM_ARRAY_TASK_ID={}\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
-  StopSignal stop(options.stop);
-  std::string command = options.command;  // resumes the campaign
-  return with_store_errors(*folder, command,
-                           [&] { return run_and_write(*loaded, *folder, shard, options, stop, command); });
+  const StopSignal stop;
+  options.stop = stop.token();
+  options.part = shard;
+  return code_of(run_campaign_folder(std::move(*campaign), *folder, options, terminal));
+}
+
+int merge(MergeOptions options) {
+  options.command = "grapnel merge";
+  for (const fs::path& folder : options.folders) options.command += " " + folder.string();
+  options.command += " -o " + options.output.string();
+  const StopSignal stop;
+  options.stop = stop.token();
+  Terminal terminal;
+  return code_of(merge_folders(options.folders, options.output, options, terminal));
 }
 
 }  // namespace grapnel::app

@@ -7,6 +7,10 @@
 #include <utility>
 
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/optimization_report.hpp"
+#include "grapnel/campaign/result_folder.hpp"
+#include "grapnel/campaign/run_scenario.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact_report/elastic_report.hpp"
@@ -19,12 +23,8 @@
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/series_export.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/optimization_report.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
-#include "output_folder.hpp"
-#include "run_problem.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -71,15 +71,15 @@ int run(const RunOptions& options) {
               problem.sha256.substr(0, 12));
     flush_stdout();
   }
-  const std::optional<fs::path> made = results_folder(options.output, options.scenario, Outputs::run);
-  if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256))) return kBadInput;
+  Terminal terminal;
+  const std::optional<fs::path> made = results_folder(options.output, options.scenario, Outputs::run, terminal);
+  if (!made || (!options.force && !holds_no_others(*made, problem.name, problem.sha256, terminal))) return kBadInput;
   print_errors(warnings);
   const StopSignal stop;
-  return run_problem(problem, options.scenario, *made,
-                     {.quiet = options.quiet,
-                      .no_report = options.no_report,
-                      .warnings = messages_of(warnings),
-                      .stop = stop.token()});
+  return code_of(run_scenario(
+      problem, options.scenario, *made,
+      {.quiet = options.quiet, .no_report = options.no_report, .warnings = messages_of(warnings), .stop = stop.token()},
+      terminal));
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
@@ -146,7 +146,8 @@ int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
        {std::pair{csv, "timeseries.csv"}, {mat, "timeseries.mat"}, {glb, "capture.glb"}})
     if (requested) files.push_back(folder / name);
   note_results(folder);
-  if (!may_write(files)) return kBadInput;
+  Terminal terminal;
+  if (!may_write(files, terminal)) return kBadInput;
   try {
     if (csv) to_stdout("{}\n", export_csv(folder).string());
     if (mat) to_stdout("{}\n", export_mat(folder).string());

@@ -10,20 +10,20 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "grapnel/campaign/campaign_folder.hpp"
 #include "grapnel/describe/type.hpp"
 
 namespace grapnel::app {
 
-inline constexpr int kDone = 0;
-inline constexpr int kSimulationFailed = 1;
-inline constexpr int kBadInput = 2;
-inline constexpr int kSomeFailed = 3;
-inline constexpr int kInterrupted = 130;  // Ctrl-C; all completed results are retained
+constexpr int code_of(Ending ending) { return static_cast<int>(ending); }
+inline constexpr int kDone = code_of(Ending::done);
+inline constexpr int kSimulationFailed = code_of(Ending::failed);
+inline constexpr int kBadInput = code_of(Ending::bad_input);
+inline constexpr int kInterrupted = code_of(Ending::interrupted);  // Ctrl-C
 
 struct RunOptions {
   std::filesystem::path scenario;
@@ -36,36 +36,30 @@ struct RunOptions {
 int run(const RunOptions& options);
 
 /// Options of all commands that simulate many captures from one file.
-struct StudyOptions {
+struct StudyOptions : FolderOptions {
   std::filesystem::path study;
   std::filesystem::path output;       // empty: named after the study, in out/
-  int threads = 0;                    // 0: one per processor
   std::optional<std::uint64_t> only;  // this point or case only, as a complete run; not for optimizations
-  bool quiet = false;
-  bool no_report = false;
-  std::stop_token stop = {};  // of callers that handle signals themselves; may have no source
 };
-int sweep(const StudyOptions& options);
-int optimize(const StudyOptions& options);
+int sweep(StudyOptions options);
+int optimize(StudyOptions options);
 
-struct CampaignRunOptions : StudyOptions {
-  std::uint64_t extend = 0;  // cases to add
-  std::string shard;         // "i/N", "slurm"; empty: from the environment
-  bool no_csv = false;
-  bool map = false;     // the file must have a design
-  std::string command;  // command line as typed
-  std::string resume;   // command line without --extend: resumes once the cases have been added
+struct CampaignRunOptions : CampaignFolderOptions {
+  std::filesystem::path study;
+  std::filesystem::path output;
+  std::optional<std::uint64_t> only;
+  std::string shard;  // "i/N", "slurm"; empty: from the environment
+  bool map = false;   // the file must have a design
 };
-int campaign(const CampaignRunOptions& options);
+int campaign(CampaignRunOptions options);
+/// Prints the program version, the file and its digest on stdout unless quiet.
+void print_campaign(const Campaign& campaign, const CampaignRunOptions& options);
 
-struct MergeOptions {
+struct MergeOptions : CampaignFolderOptions {
   std::vector<std::filesystem::path> folders;
   std::filesystem::path output;
-  bool quiet = false;
-  bool no_report = false;
-  bool no_csv = false;
 };
-int merge(const MergeOptions& options);
+int merge(MergeOptions options);
 
 struct ReportOptions {
   std::filesystem::path folder;

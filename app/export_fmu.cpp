@@ -9,6 +9,7 @@
 #include <set>
 
 #include "commands.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/control/fmu_archive.hpp"
 #include "grapnel/plant/model_description_text.hpp"
 #include "grapnel/plant/plant_package.hpp"
@@ -18,7 +19,6 @@
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
-#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -153,7 +153,8 @@ int export_fmu(const ExportFmuOptions& options) {
         gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
     const fs::path output =
         options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;
-    if (!may_write({output})) return kBadInput;
+    Terminal terminal;
+    if (!may_write({output}, terminal)) return kBadInput;
     print_errors(warnings);
     if (!gathered.assumed.empty())
       to_stdout("The scenario has no control.period: {} is used; change it with --set.\n", gathered.assumed);

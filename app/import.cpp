@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/text/error_text.hpp"
@@ -9,7 +10,6 @@
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
-#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -120,7 +120,8 @@ int import_robot_file(const ImportCommandOptions& options) {
     faults.throw_if_any();
     std::vector<Fault> warnings;
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
-    if (!may_write({options.output})) return kBadInput;
+    Terminal terminal;
+    if (!may_write({options.output}, terminal)) return kBadInput;
     print_decisions(imported->decisions);
     print_errors(warnings);
     std::string comment = fmt::format("Made by grapnel import from {}. Decisions of the import are in comments.",

@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 
-#include "campaign_folder.hpp"
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "grapnel/text/input_files.hpp"
 #include "manual.hpp"

@@ -7,13 +7,13 @@
 #include <string_view>
 
 #include "commands.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/finite_elements/component_modes.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
-#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -166,7 +166,8 @@ int modes_of_matrices(const ModesOptions& options) {
     auto mass = read_element_matrix(options.mass, options.mass_name, 'M', faults, options.row_names);
     auto stiffness = read_element_matrix(options.stiffness, options.stiffness_name, 'K', faults, options.row_names);
     faults.throw_if_any();
-    if (!options.output.empty() && !may_write({options.output})) return kBadInput;
+    Terminal terminal;
+    if (!options.output.empty() && !may_write({options.output}, terminal)) return kBadInput;
     if (!interface->node && interface->nodes.empty() && interface->rows.empty() && mass->dofs.empty())
       interface->rows = {0, 1, 2, 3, 4, 5};
     if (options.modes && *options.modes > mass->size())

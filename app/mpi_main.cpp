@@ -16,12 +16,13 @@
 #include <thread>
 #include <vector>
 
-#include "campaign_folder.hpp"
+#include "arguments.hpp"
 #include "commands.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
+#include "grapnel/campaign/result_folder.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/text/error_text.hpp"
 #include "grapnel/text/input_files.hpp"
-#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel {
@@ -189,14 +190,13 @@ class Foreman {
 
   /// Runs until every rank has been dismissed.
   void run(const CampaignRunOptions& options, StopSignal& stop) {
-    Progress shown(options.quiet);
+    Terminal terminal;
     while (!away_.empty()) {
       if (const auto received = world_.try_receive())
         answer(*received, stop.poll());
       else
         std::this_thread::sleep_for(kNap);
-      stop.poll();
-      shown.report_campaign(progress_);
+      if (!options.quiet) terminal.cases(progress_);
     }
   }
   const CaseProgress& progress() const { return progress_; }
@@ -234,14 +234,11 @@ void send_home(const World& world) {
 }
 
 CaseProgress compute_alone(const Campaign& campaign, ShardStore& store, const CampaignRunOptions& options,
-                           StopSignal& stop) {
-  Progress shown(options.quiet);
+                           const StopSignal& stop) {
+  Terminal terminal;
   CampaignOptions run;
   run.stop = stop.token();
-  run.progress = [&](const CaseProgress& at) {
-    stop.poll();
-    shown.report_campaign(at);
-  };
+  if (!options.quiet) run.progress = [&](const CaseProgress& at) { terminal.cases(at); };
   return run_campaign(block_work(campaign), store, run);
 }
 
@@ -259,22 +256,22 @@ CaseProgress compute_by_ranks(ShardStore& store, const CampaignRunOptions& optio
   return done;
 }
 
-int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& options, const World& world,
-         StopSignal& stop, std::string& command) {
+Ending lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& options, const World& world,
+            StopSignal& stop, std::string& command, Listener& listener) {
   bool opened = false;
   try {
     ShardStore store(folder, campaign,
                      {.version = GRAPNEL_VERSION, .writer = writer(0), .extend = options.extend, .total = 0});
     take_total(campaign, store);
     command = options.resume;
-    if (!options.quiet) print_start(store, fmt::format("{} ranks", world.size()));
+    if (!options.quiet) note_start(store, fmt::format("{} ranks", world.size()), listener);
     const CaseProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
                                                 : compute_by_ranks(store, options, world, stop, opened);
-    if (done.stopped) {
-      print_stopped(folder, done.done, done.total, options.resume);
-      return kInterrupted;
-    }
-    return write_campaign_results(campaign, folder, {options.quiet, options.no_report, options.no_csv}, stop);
+    if (done.stopped) return tell_stopped(folder, done.done, done.total, options.resume, listener);
+    CampaignFolderOptions write = options;
+    write.threads = 1;  // of rank 0
+    write.stop = stop.token();
+    return write_campaign_results(campaign, folder, write, listener);
   } catch (...) {
     if (!opened) send_home(world);
     throw;
@@ -333,17 +330,21 @@ int follow(Campaign* campaign, const fs::path& folder, const CampaignRunOptions&
 int mpi_campaign(const CampaignRunOptions& options, const World& world) {
   const bool leads = world.rank() == 0;
   // All ranks read the file; rank 0 prints its errors. A rank waits only for rank 0.
-  std::optional<Campaign> campaign = campaign_from_file(options, leads);
+  Terminal terminal;
+  Listener silent;
+  std::optional<Campaign> campaign =
+      campaign_from_file(options.study, options.map, leads ? static_cast<Listener&>(terminal) : silent);
   const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
   StopSignal stop;
   if (!leads) return follow(campaign ? &*campaign : nullptr, folder, options, world, stop);
-  if (!campaign || !results_folder(options.output, options.study, Outputs::campaign)) {
+  if (!campaign || !results_folder(options.output, options.study, Outputs::campaign, terminal)) {
     send_home(world);
     return kBadInput;
   }
   print_campaign(*campaign, options);
   std::string command = options.command;  // resumes the campaign
-  return with_store_errors(folder, command, [&] { return lead(*campaign, folder, options, world, stop, command); });
+  return code_of(with_store_errors(folder, command, terminal,
+                                   [&] { return lead(*campaign, folder, options, world, stop, command, terminal); }));
 }
 
 }  // namespace app

@@ -30,8 +30,7 @@ namespace grapnel::app {
 namespace {
 
 std::mutex mutex;
-bool progress_shown = false;          // the terminal shows a line without an end; guarded by mutex
-std::optional<std::string> buffered;  // BufferedMessages; guarded by mutex
+bool progress_shown = false;  // the terminal shows a line without an end; guarded by mutex
 
 // Longer lines of stderr are truncated: a list in a message may have any length.
 constexpr std::size_t kLongestLine = 16384;  // [bytes]
@@ -64,17 +63,12 @@ bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
 void write_stdout(std::string_view lines) {
   const std::lock_guard lock(mutex);
-  if (buffered) return;
   erase_line();
   put(stdout, printable_lines(lines));
 }
 
 void write_stderr(std::string_view lines) {
   const std::lock_guard lock(mutex);
-  if (buffered) {
-    *buffered += with_short_lines(printable_lines(lines));
-    return;
-  }
   erase_line();
   // Writes the buffer of stdout first, so that a line of stderr cannot interrupt a line of it.
   std::fflush(stdout);
@@ -102,21 +96,6 @@ void erase_progress() {
   std::fflush(stderr);
 }
 
-BufferedMessages::BufferedMessages() {
-  const std::lock_guard lock(mutex);
-  buffered.emplace();
-}
-
-BufferedMessages::~BufferedMessages() {
-  const std::lock_guard lock(mutex);
-  buffered.reset();
-}
-
-std::string BufferedMessages::lines() const {
-  const std::lock_guard lock(mutex);
-  return *buffered;
-}
-
 void print_errors(const std::vector<Fault>& faults) {
   std::string lines;
   for (const Fault& fault : faults) lines += fault.text() + "\n";
@@ -128,12 +107,11 @@ namespace {
 constexpr double kTerminalInterval = 0.2, kPlainInterval = 10;
 }  // namespace
 
-Progress::Progress(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()), last_(Clock::now()), begin_(last_) {}
+Progress::Progress() : terminal_(stderr_is_terminal()), last_(Clock::now()), begin_(last_) {}
 
 Progress::~Progress() { erase_progress(); }
 
 void Progress::report(const std::string& phase, double at, double end) {
-  if (quiet_) return;
   const Clock::time_point now = Clock::now();
   if (phase != phase_) {
     phase_ = phase;
@@ -152,7 +130,7 @@ void Progress::report(const std::string& phase, double at, double end) {
 
 void Progress::report_points(const CaseProgress& at) {
   const Clock::time_point now = Clock::now();
-  if (quiet_ || !is_due(now) || at.done == 0) return;
+  if (!is_due(now) || at.done == 0) return;
   const double rate = static_cast<double>(at.done) / std::chrono::duration<double>(now - begin_).count();
   const std::string failures = at.not_ok > 0 ? fmt::format(", {} not ok", at.not_ok) : "";
   show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", at.done, at.total, failures, rate,
@@ -162,7 +140,7 @@ void Progress::report_points(const CaseProgress& at) {
 
 void Progress::report_campaign(const CaseProgress& at) {
   const Clock::time_point now = Clock::now();
-  if (quiet_ || !is_due(now) || at.done == at.begun_with) return;
+  if (!is_due(now) || at.done == at.begun_with) return;
   const double rate =
       static_cast<double>(at.done - at.begun_with) / std::chrono::duration<double>(now - begin_).count();
   const Proportion success = wilson(at.successes, at.done);
@@ -171,46 +149,6 @@ void Progress::report_campaign(const CaseProgress& at) {
                    at.total, rate, static_cast<double>(at.total - at.done) / rate, success.estimate, success.lower,
                    success.upper, failures),
        now);
-}
-
-namespace {
-constexpr double kSlow = 20;  // [s]
-}  // namespace
-
-SlowWarning::SlowWarning(std::string file, std::function<std::string(const std::string& phase)> causes)
-    : file_(std::move(file)), causes_(std::move(causes)), begin_(Clock::now()), next_(kSlow) {}
-
-void SlowWarning::report(const std::string& phase, double at, double end) {
-  const Clock::time_point now = Clock::now();
-  if (phase != phase_) {
-    phase_ = phase;
-    first_ = at;
-    begin_ = now;
-    next_ = kSlow;
-  }
-  const double elapsed = std::chrono::duration<double>(now - begin_).count();
-  if (elapsed < next_) return;
-  next_ = 2 * elapsed;
-  const double rate = (at - first_) / elapsed, left = rate > 0 ? (end - at) / rate : HUGE_VAL;
-  if (left < elapsed) return;
-  if (phase == kPlanning && !(end > 0)) {
-    to_stderr("{}: warning: slow: the targets' motion before the capture has taken {:.0f} s so far; {}\n", file_,
-              elapsed, causes_(phase));
-    return;
-  }
-  if (phase == kPlanning) {
-    to_stderr(
-        "{}: warning: slow: planning has made {:.3g} evaluations in {:.0f} s and ends at most at {:.3g}, about {:.0f} "
-        "s "
-        "from now; to shorten it, reduce the starts, knots and constraints of approach.plan\n",
-        file_, at, elapsed, end, left);
-    return;
-  }
-  const std::string time = left < 1e6 ? fmt::format("about {:.0f} s left", left) : "no estimate of the end";
-  to_stderr(
-      "{}: warning: slow: {} is at t = {:.4g} of {:.4g} s after {:.0f} s, {:.2g} simulated s per s, {}; to "
-      "speed it up, most effective first: {}\n",
-      file_, phase, at, end, elapsed, rate, time, causes_(phase));
 }
 
 bool Progress::is_due(Clock::time_point now) const {
@@ -251,11 +189,6 @@ void prepare_process() {
   }
 }
 
-int threads_of(int requested) {
-  if (requested > 0) return requested;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 namespace {
 
 // Bytes that the thread reads from the pipe.
@@ -291,8 +224,7 @@ extern "C" void pass_on(int signal) {
 
 }  // namespace
 
-StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
-  if (instead_.stop_possible()) return;
+StopSignal::StopSignal() {
   if (::pipe2(pipe_.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   handler_end = pipe_[1];
   for (std::atomic<std::int64_t>& one : came) one = 0;
@@ -320,7 +252,6 @@ StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
 }
 
 StopSignal::~StopSignal() {
-  if (instead_.stop_possible()) return;
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
   [[maybe_unused]] const ssize_t written = ::write(pipe_[1], &kEnd, 1);
   waiting_.join();

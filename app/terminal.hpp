@@ -9,8 +9,7 @@
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <exception>
-#include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -18,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/study/case_pool.hpp"
+#include "grapnel/campaign/listener.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {
@@ -38,18 +37,6 @@ bool stderr_is_terminal();
 /// Prints errors of input files on stderr, one per line.
 void print_errors(const std::vector<Fault>& faults);
 
-/// While an object exists, output for stderr is collected in it and output for stdout is dropped, for callers without a
-/// terminal. At most one object at a time.
-class BufferedMessages {
- public:
-  BufferedMessages();
-  ~BufferedMessages();
-  BufferedMessages(const BufferedMessages&) = delete;
-  BufferedMessages& operator=(const BufferedMessages&) = delete;
-  /// The whole lines collected so far.
-  std::string lines() const;
-};
-
 /// Writes formatted text, which consists of whole lines.
 template <class... Args>
 void to_stdout(fmt::format_string<Args...> format, Args&&... args) {
@@ -62,7 +49,7 @@ void to_stderr(fmt::format_string<Args...> format, Args&&... args) {
 
 class Progress {
  public:
-  explicit Progress(bool quiet);
+  Progress();
   ~Progress();
   /// Progress of a phase: `at` of `end`.
   void report(const std::string& phase, double at, double end);
@@ -76,7 +63,6 @@ class Progress {
   bool is_due(Clock::time_point now) const;
   void show(const std::string& text, Clock::time_point now);
 
-  bool quiet_;
   bool terminal_;
   std::string phase_;
   double first_ = 0;  // start of the phase
@@ -85,22 +71,22 @@ class Progress {
   Clock::time_point begin_;  // start of all work
 };
 
-/// Warns on stderr that a long phase is slow, and why, even without progress output. The first warning comes after 20
-/// s, if the phase takes at least as long again. Further warnings follow whenever the elapsed time has doubled.
-class SlowWarning {
+/// Shows messages, notes and progress of the library on stdout and stderr.
+class Terminal : public Listener {
  public:
-  /// `causes`: maps a phase to the reasons why it is slow.
-  SlowWarning(std::string file, std::function<std::string(const std::string& phase)> causes);
-  void report(const std::string& phase, double at, double end);
+  void message(const Message& message) override { write_stderr(message.text + "\n"); }
+  void note(const std::string& lines) override {
+    write_stdout(lines);
+    flush_stdout();
+  }
+  void phase(const std::string& phase, double at, double end) override { progress().report(phase, at, end); }
+  void points(const CaseProgress& at) override { progress().report_points(at); }
+  void cases(const CaseProgress& at) override { progress().report_campaign(at); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  std::string file_;
-  std::function<std::string(const std::string&)> causes_;
-  std::string phase_;
-  double first_ = 0;
-  Clock::time_point begin_;
-  double next_ = 0;  // [s]
+  // Counts time from the first progress.
+  Progress& progress() { return progress_ ? *progress_ : progress_.emplace(); }
+  std::optional<Progress> progress_;
 };
 
 /// Prepares the process. A file that exceeds its size limit (ulimit -f) becomes a write error instead of ending the
@@ -108,27 +94,23 @@ class SlowWarning {
 /// before anything else.
 void prepare_process();
 
-/// The number of threads: `requested`; 0: one per processor.
-int threads_of(int requested);
-
 /// While an object exists, SIGINT, SIGTERM and SIGHUP request a stop; the second signal of a kind ends the program
 /// immediately. A thread waits for the signals, so that holders of the token are notified without calls of poll(). At
-/// most one object at a time; one thread calls poll(). Callers with their own signal handlers pass a token instead.
+/// most one object at a time; one thread calls poll().
 class StopSignal {
  public:
-  explicit StopSignal(std::stop_token instead = {});
+  StopSignal();
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
 
   /// Whether a stop has been requested.
   bool poll() const { return token().stop_requested(); }
-  std::stop_token token() const { return instead_.stop_possible() ? instead_ : source_.get_token(); }
+  std::stop_token token() const { return source_.get_token(); }
 
  private:
   static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
   std::array<struct sigaction, kSignals.size()> before_{};
-  std::stop_token instead_;
   std::stop_source source_;
   std::array<int, 2> pipe_{-1, -1};  // from the signal handler to the waiting thread
   std::thread waiting_;

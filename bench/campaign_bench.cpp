@@ -12,7 +12,7 @@
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/study/quantity.hpp"
+#include "grapnel/campaign/quantity.hpp"
 
 namespace grapnel::bench {
 namespace {

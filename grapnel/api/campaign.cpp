@@ -9,12 +9,12 @@
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/campaign/statistics.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
-#include "grapnel/study/case_pool.hpp"
-#include "grapnel/study_files/study_files.hpp"
 
 namespace grapnel {
 namespace {

@@ -1,9 +1,9 @@
 #include "grapnel/api/scenario.hpp"
 
+#include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
 
 namespace grapnel {
 

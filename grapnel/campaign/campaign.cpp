@@ -9,12 +9,12 @@
 #include <memory>
 #include <optional>
 
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/simulate/controller_source.hpp"
-#include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/error_text.hpp"
 
 namespace grapnel {

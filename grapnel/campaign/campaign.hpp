@@ -3,7 +3,7 @@
 /// @file
 /// A campaign: many captures, and the stored values of each. They differ in values that are drawn at random, in stated
 /// values (the design: the points of a grid), or in both. Plain data, functions that define a case, and functions that
-/// compute cases alone or in blocks; study_files/study_files.hpp reads campaigns from files. Thread safety: plain
+/// compute cases alone or in blocks; campaign/study_files.hpp reads campaigns from files. Thread safety: plain
 /// values; the functions may be called from any thread.
 
 #include <chrono>
@@ -18,12 +18,12 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/campaign/column.hpp"
 #include "grapnel/campaign/criterion.hpp"
+#include "grapnel/campaign/grid.hpp"
 #include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/pack/dispatch.hpp"
-#include "grapnel/study/column.hpp"
-#include "grapnel/study/grid.hpp"
 
 namespace grapnel {
 

@@ -7,8 +7,8 @@
 #include <unordered_map>
 
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/campaign/statistics.hpp"
-#include "grapnel/study/case_pool.hpp"
 
 // Attribution of the results' variance to inputs.
 namespace grapnel {

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 namespace {

@@ -93,9 +93,9 @@ void write_root(const Handle& file, const Campaign& campaign, const std::string&
 
 /// Writer of a campaign's table.h5. It holds HDF5 for one block of rows at a time, because reading the shards needs
 /// HDF5 too.
-class CampaignFile {
+class TableFile {
  public:
-  CampaignFile(const fs::path& path, const Campaign& campaign, const std::string& version) : campaign_(campaign) {
+  TableFile(const fs::path& path, const Campaign& campaign, const std::string& version) : campaign_(campaign) {
     const hdf5::Session session;
     file_.emplace(hdf5::create_on_disk(path));
     try {
@@ -106,13 +106,13 @@ class CampaignFile {
       throw;
     }
   }
-  ~CampaignFile() {
+  ~TableFile() {
     if (!file_) return;
     const hdf5::Session session;
     close();
   }
-  CampaignFile(const CampaignFile&) = delete;
-  CampaignFile& operator=(const CampaignFile&) = delete;
+  TableFile(const TableFile&) = delete;
+  TableFile& operator=(const TableFile&) = delete;
 
   void add(const CaseRow& row) {
     k_.push_back(row.index);
@@ -323,7 +323,7 @@ void write_table(const fs::path& folder, const Campaign& campaign, const std::st
       seal(image);
       file.write(image);
     } else {
-      CampaignFile table(file.temporary(), campaign, version);
+      TableFile table(file.temporary(), campaign, version);
       pass_rows_to(table);
       table.finish();
       seal_file(file.temporary());

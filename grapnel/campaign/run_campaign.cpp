@@ -12,8 +12,8 @@
 #include <string_view>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 namespace {

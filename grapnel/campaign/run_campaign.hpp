@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/campaign/shard_store.hpp"
-#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 

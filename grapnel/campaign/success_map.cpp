@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/campaign/column.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/column.hpp"
 
 namespace grapnel {
 namespace {

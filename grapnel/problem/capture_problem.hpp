@@ -688,7 +688,7 @@ std::string phase_name(const CaptureProblem& problem, std::size_t phase);
 enum class CaptureDetail {
   /// All of CaptureResult.
   full,
-  /// The results that studies and campaigns keep of a case (study/column.hpp): warnings, plan, grasps, impacts with
+  /// The results that studies and campaigns keep of a case (campaign/column.hpp): warnings, plan, grasps, impacts with
   /// impulses, joints, energies and margins, states between phases, clearance, limits, ledger and cost. These are
   /// bit-identical to those of `full`, except for the ledger: without clearance, joint limits or closed loops its
   /// checks are evaluated at ends of steps, some 32 in a phase, instead of output instants; likewise for efforts

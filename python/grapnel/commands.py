@@ -27,12 +27,12 @@ class CommandError(RuntimeError):
         return CommandError, (str(self), self.code)
 
 
-def _report_outcome(done: tuple[int, str], accepted: tuple[int, ...]) -> None:
-    code, lines = done
+def _report_outcome(done: tuple[int, list[str]], accepted: tuple[int, ...]) -> None:
+    code, messages = done
     if code not in accepted:
-        raise CommandError(lines.strip() or f"the command ended with exit code {code}", code)
-    for line in lines.splitlines():
-        warnings.warn(line, stacklevel=3)
+        raise CommandError("\n".join(messages) or f"the command ended with exit code {code}", code)
+    for message in messages:
+        warnings.warn(message, stacklevel=3)
 
 
 def _file_and_folder(what: Path | Mapping[str, Any], kind: str, out: Path | None) -> tuple[str, _Path]:
@@ -69,7 +69,6 @@ def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
     campaign.yaml in `out`, and the problem to scenario.yaml beside it."""
     more, threads = whole_number("extend", extend, 0, 2**53), thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
-    _grapnel.check_campaign(file)
     _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False), (0, 3))
     return folder
 
@@ -78,7 +77,6 @@ def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads
     """Runs a campaign at every point of one or two design values, as `grapnel map`; success_map.csv has the probabilities."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "campaign", out)
-    _grapnel.check_campaign(file)
     _report_outcome(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True), (0, 3))
     return folder
 
@@ -87,7 +85,6 @@ def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int 
     """Runs a study file, a grid of captures (docs/formats/study.md), and returns its folder. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "study", out)
-    _grapnel.check_study(file)
     _report_outcome(_grapnel.sweep(file, folder, threads, bool(report)), (0, 3))
     return folder
 
@@ -97,7 +94,6 @@ def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: i
     scenario. Other arguments as for `campaign`."""
     threads = thread_count(threads)
     file, folder = _file_and_folder(file, "optimization", out)
-    _grapnel.check_optimization(file)
     _report_outcome(_grapnel.optimize(file, folder, threads, bool(report)), (0,))
     return folder
 

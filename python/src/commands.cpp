@@ -1,5 +1,4 @@
-// Campaigns, sweeps, optimizations, reports and figures: the commands of the program, with their stderr output as
-// messages.
+// Campaigns, sweeps, optimizations, reports and figures of result folders.
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -8,58 +7,86 @@
 #include <mutex>
 
 #include "binding.hpp"
-#include "commands.hpp"
+#include "grapnel/campaign/campaign_folder.hpp"
+#include "grapnel/campaign/result_folder.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/result/campaign_table.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/input_files.hpp"
-#include "terminal.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel::python {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Exit code and messages of a command. On Ctrl-C the command ends and keeps its complete results, and the exception
-// propagates.
-std::pair<int, std::string> outcome_of(const std::function<int(const std::stop_token&)>& command) {
-  std::pair<int, std::string> outcome;
+// Collects the messages of work.
+struct Messages : Listener {
+  void message(const Message& message) override { texts.push_back(printable_lines(message.text)); }
+  std::vector<std::string> texts;
+};
+
+// How work ended, as the exit code of the program's command, and its messages.
+using Outcome = std::pair<int, std::vector<std::string>>;
+
+// On Ctrl-C the work ends and keeps its complete results, and the exception propagates. Exceptions of `work` propagate.
+Outcome outcome_of(const std::function<Ending(Listener& listener, const std::stop_token& stop)>& work) {
+  Outcome outcome;
   constexpr std::chrono::milliseconds kBetweenChecks(20);
-  static std::timed_mutex one_at_a_time;  // required by BufferedMessages
+  static std::timed_mutex one_at_a_time;  // the inputs of a command are those of the process
   run_interruptibly([&](const std::stop_token& stop) {
     std::unique_lock lock(one_at_a_time, std::defer_lock);
     while (!lock.try_lock_for(kBetweenChecks))
       if (stop.stop_requested()) throw Stopped{};
-    const app::BufferedMessages messages;
     const InputFiles inputs;
-    outcome.first = command(stop);
-    outcome.second = messages.lines();
+    Messages messages;
+    outcome.first = static_cast<int>(work(messages, stop));
+    outcome.second = std::move(messages.texts);
   });
   return outcome;
 }
 
-app::CampaignRunOptions campaign_options(const fs::path& file, const fs::path& folder, int threads, bool report,
-                                         bool csv, std::uint64_t extend, bool map) {
-  app::CampaignRunOptions options;
-  options.study = file, options.output = folder, options.threads = threads;
-  options.quiet = true, options.no_report = !report, options.no_csv = !csv;
-  options.extend = extend, options.map = map;
-  options.command = options.resume = "repeat the call with the same file and folder";
-  return options;
-}
-
-app::StudyOptions study_options(const fs::path& file, const fs::path& folder, int threads, bool report) {
-  app::StudyOptions options;
-  options.study = file, options.output = folder, options.threads = threads;
-  options.quiet = true, options.no_report = !report;
-  return options;
-}
-
-// Warnings of a campaign, study or optimization file, before any output is written.
-template <class Load>
-std::vector<Fault> warnings_of(Load load, const fs::path& file) {
+// What `load` reads; the listener gets the warnings. @throws InputError
+template <class Read>
+Read loaded(const fs::path& file, Read (*load)(const fs::path&, std::vector<Fault>*), Listener& listener) {
   std::vector<Fault> warnings;
-  run_interruptibly([&](const std::stop_token&) { load(file, &warnings); });
-  return warnings;
+  Read read = load(file, &warnings);
+  listener.faults(warnings);
+  return read;
+}
+
+FolderOptions folder_options(int threads, bool report, const std::stop_token& stop) {
+  return {.threads = threads, .quiet = true, .no_report = !report, .stop = stop};
+}
+
+Outcome campaign(const fs::path& file, const fs::path& folder, int threads, bool report, bool csv, std::uint64_t extend,
+                 bool map) {
+  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+    Campaign campaign = loaded(file, load_campaign, listener);
+    if (!can_run(campaign, map, listener) || !results_folder(folder, file, Outputs::campaign, listener))
+      return Ending::bad_input;
+    CampaignFolderOptions options;
+    static_cast<FolderOptions&>(options) = folder_options(threads, report, stop);
+    options.no_csv = !csv, options.extend = extend;
+    options.command = options.resume = "repeat the call with the same file and folder";
+    return run_campaign_folder(std::move(campaign), folder, options, listener);
+  });
+}
+
+Outcome sweep(const fs::path& file, const fs::path& folder, int threads, bool report) {
+  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+    const Campaign study = loaded(file, load_study, listener);
+    if (!results_folder(folder, file, Outputs::sweep, listener)) return Ending::bad_input;
+    return run_sweep_folder(study, folder, folder_options(threads, report, stop), listener);
+  });
+}
+
+Outcome optimize(const fs::path& file, const fs::path& folder, int threads, bool report) {
+  return outcome_of([&](Listener& listener, const std::stop_token& stop) {
+    const Optimization optimization = loaded(file, load_optimization, listener);
+    if (!results_folder(folder, file, Outputs::optimization, listener) || !may_replace(folder / "best.yaml", listener))
+      return Ending::bad_input;
+    return run_optimization_folder(optimization, folder, folder_options(threads, report, stop), listener);
+  });
 }
 
 template <class Number>
@@ -102,63 +129,29 @@ py::list read_table(const fs::path& folder) {
 }  // namespace
 
 void bind_commands(py::module_& module) {
-  module.def(
-      "campaign",
-      [](const fs::path& file, const fs::path& folder, int threads, bool report, bool csv, std::uint64_t extend,
-         bool map) {
-        auto options = campaign_options(file, folder, threads, report, csv, extend, map);
-        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::campaign(options); });
-      },
-      py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"), py::arg("csv"), py::arg("extend"),
-      py::arg("map"));
-  module.def(
-      "sweep",
-      [](const fs::path& file, const fs::path& folder, int threads, bool report) {
-        auto options = study_options(file, folder, threads, report);
-        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::sweep(options); });
-      },
-      py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
-  module.def(
-      "optimize",
-      [](const fs::path& file, const fs::path& folder, int threads, bool report) {
-        auto options = study_options(file, folder, threads, report);
-        return outcome_of([&](const std::stop_token& stop) { return options.stop = stop, app::optimize(options); });
-      },
-      py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
+  module.def("campaign", &campaign, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"),
+             py::arg("csv"), py::arg("extend"), py::arg("map"));
+  module.def("sweep", &sweep, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
+  module.def("optimize", &optimize, py::arg("file"), py::arg("folder"), py::arg("threads"), py::arg("report"));
   module.def(
       "report",
       [](const fs::path& folder, const fs::path& second, const fs::path& file) {
-        return outcome_of([&](const std::stop_token&) { return app::report({folder, second, file}); });
+        return outcome_of([&](Listener& listener, const std::stop_token&) {
+          return write_report_of(folder, second, file, listener);
+        });
       },
       py::arg("folder"), py::arg("second"), py::arg("file"));
   module.def(
       "figure",
       [](const fs::path& folder, const std::string& what, const fs::path& file, double width, double height) {
-        app::FigureOptions options;
-        options.folder = folder, options.what = what, options.output = file;
-        options.width = width, options.height = height;
-        options.command = "grapnel.figure in Python";
-        return outcome_of([&](const std::stop_token&) { return app::figure(options); });
+        FigureRequest request;
+        request.folder = folder, request.what = what;
+        request.width = width, request.height = height;
+        request.command = "grapnel.figure in Python";
+        return outcome_of(
+            [&](Listener& listener, const std::stop_token&) { return draw_figure(request, file, listener); });
       },
       py::arg("folder"), py::arg("what"), py::arg("file"), py::arg("width"), py::arg("height"));
-  module.def(
-      "check_study",
-      [](const fs::path& file) {
-        return warnings_of([](const fs::path& f, std::vector<Fault>* w) { load_study(f, w); }, file);
-      },
-      py::arg("file"));
-  module.def(
-      "check_campaign",
-      [](const fs::path& file) {
-        return warnings_of([](const fs::path& f, std::vector<Fault>* w) { load_campaign(f, w); }, file);
-      },
-      py::arg("file"));
-  module.def(
-      "check_optimization",
-      [](const fs::path& file) {
-        return warnings_of([](const fs::path& f, std::vector<Fault>* w) { load_optimization(f, w); }, file);
-      },
-      py::arg("file"));
   module.def("read_table", &read_table, py::arg("folder"));
 }
 

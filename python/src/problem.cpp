@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"

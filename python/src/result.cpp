@@ -10,6 +10,8 @@
 
 #include "binding.hpp"
 #include "controller.hpp"
+#include "grapnel/campaign/result_folder.hpp"
+#include "grapnel/campaign/run_scenario.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/report/report_html.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -18,9 +20,7 @@
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
-#include "output_folder.hpp"
 #include "problem.hpp"
-#include "run_problem.hpp"
 
 namespace grapnel::python {
 namespace {
@@ -74,7 +74,7 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
     controlled->control->plugin = given->name, controlled->control->sha256 = given->sha256;
   }
   try {
-    run->result = app::simulate_run(controlled ? *controlled : *problem, warnings, follow);
+    run->result = simulate_run(controlled ? *controlled : *problem, warnings, follow);
   } catch (const CaptureProblemError& error) {
     throw input_error(scenario.file().string(), error.what());
   } catch (const ModelError& error) {
@@ -109,8 +109,7 @@ void write_files(const Run& run, const fs::path& folder) {
   const auto write_series = [&](const fs::path& file) {
     write_timeseries_hdf5(result.series, {GRAPNEL_VERSION, result.scenario_name, result.scenario_sha256}, file);
   };
-  const app::Written written =
-      app::write_results(*run.problem, result, !result.series.time.empty(), write_series, folder);
+  const Written written = write_results(*run.problem, result, !result.series.time.empty(), write_series, folder);
   if (written.faults.empty()) return;
   std::string faults;
   for (const std::string& fault : written.faults) faults += (faults.empty() ? "" : "\n") + fault;
@@ -118,12 +117,12 @@ void write_files(const Run& run, const fs::path& folder) {
 }
 
 void write_page(const fs::path& folder, const fs::path& file) {
-  if (const std::string why = app::why_no_reports(); !why.empty()) throw std::runtime_error("no report: " + why);
+  if (const std::string why = why_no_reports(); !why.empty()) throw std::runtime_error("no report: " + why);
   write_report(report_data(folder, GRAPNEL_VERSION, ResultKind::run), file);
 }
 
 void save(const Run& run, const fs::path& folder, std::optional<bool> report) {
-  const bool wanted = report.value_or(app::why_no_reports().empty());
+  const bool wanted = report.value_or(why_no_reports().empty());
   run_interruptibly([&](const std::stop_token&) {
     fs::create_directories(folder);
     write_files(run, folder);
@@ -250,7 +249,7 @@ void bind_result(py::module_& module) {
       .def("save", &save, py::arg("folder"), py::arg("report"))
       .def("report", &report, py::arg("file"));
   module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"), py::arg("controllers"));
-  module.def("has_reports", [] { return app::why_no_reports().empty(); });
+  module.def("has_reports", [] { return why_no_reports().empty(); });
 }
 
 }  // namespace grapnel::python

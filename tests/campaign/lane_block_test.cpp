@@ -10,9 +10,9 @@
 #include <stop_token>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/campaign/quantity.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/quantity.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {

@@ -10,8 +10,8 @@
 
 #include "campaign/fake_campaign.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/campaign/grid.hpp"
 #include "grapnel/campaign/shard_store.hpp"
-#include "grapnel/study/grid.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel {

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/column.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/column.hpp"
-#include "grapnel/study_files/study_files.hpp"
 
 namespace grapnel::testing {
 namespace motion_test {

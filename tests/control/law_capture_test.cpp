@@ -7,9 +7,9 @@
 
 #include "capture/capture_case.hpp"
 #include "capture/loop_case.hpp"
+#include "grapnel/campaign/column.hpp"
 #include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
-#include "grapnel/study/column.hpp"
 #include "support/sanitizers.hpp"
 
 namespace grapnel::testing {

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/quantity.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/control/fmu_controller.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/quantity.hpp"
 
 namespace grapnel::testing {
 namespace fmu_controller_test {

@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
+#include "grapnel/campaign/changed_scenario.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "import/urdf_files.hpp"
 
 namespace grapnel {

@@ -8,13 +8,13 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/flexible_bodies.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/sanitizers.hpp"
 

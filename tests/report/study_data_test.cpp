@@ -9,8 +9,8 @@
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/campaign/optimization_report.hpp"
 #include "grapnel/report/report_data.hpp"
-#include "grapnel/study/optimization_report.hpp"
 #include "result/sample_result.hpp"
 #include "support/sanitizers.hpp"
 #include "support/schema_check.hpp"

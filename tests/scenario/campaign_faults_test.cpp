@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "grapnel/study_files/study_files.hpp"
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/sanitizers.hpp"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

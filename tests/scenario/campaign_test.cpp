@@ -1,4 +1,4 @@
-#include "grapnel/study_files/study_files.hpp"
+#include "grapnel/campaign/study_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/approach/capture_window.hpp"
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/case_pool.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
-#include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/sanitizers.hpp"

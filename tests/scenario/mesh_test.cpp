@@ -9,8 +9,8 @@
 #include <cmath>
 #include <random>
 
+#include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

@@ -4,10 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 #include "scenario/scenario_files.hpp"

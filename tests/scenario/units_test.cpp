@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "grapnel/campaign/study_files.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
-#include "grapnel/study_files/study_files.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/schema_check.hpp"
 
