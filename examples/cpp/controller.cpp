@@ -1,5 +1,5 @@
-// A controller of the program: after the capture it holds the joints, with computed torques of its own, and damps the
-// base's rotation.
+// A controller of the program: after the capture it holds the joints by computed torques, and damps the rotation of the
+// base.
 #include <Eigen/LU>
 #include <algorithm>
 #include <iostream>

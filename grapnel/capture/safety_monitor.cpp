@@ -126,7 +126,7 @@ void SafetyMonitor::write(CaptureResult& result) {
 // input, limit events in order of time.
 void SafetyMonitor::write_events(CaptureResult& result) {
   const auto show = [&](MinimumClearance& minimum) {
-    minimum.body_a = shown_.at(minimum.body_a), minimum.body_b = shown_.at(minimum.body_b);
+    minimum.body_a = shown_[minimum.body_a], minimum.body_b = shown_[minimum.body_b];
   };
   for (MinimumClearance minimum : clearance_.minima()) {
     if (minimum.body_a.empty()) continue;

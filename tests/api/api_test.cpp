@@ -100,7 +100,7 @@ TEST(Api, CampaignsInMemoryAndInAFolderHaveTheSameRows) {
   }
   EXPECT_EQ(one.summary.successes, successes);
 
-  // Stopped at once, then continued.
+  // Stopped immediately, then continued.
   std::stop_source stop;
   stop.request_stop();
   EXPECT_TRUE(simulate_campaign(file, folder.path(), CampaignRun{.stop = stop.get_token()}).stopped);

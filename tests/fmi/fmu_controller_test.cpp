@@ -11,6 +11,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
@@ -114,17 +115,19 @@ TEST(FmuController, InputsOtherThanSignals) {
   }
 }
 
-// A controller in C whose first effort is one value of a signal.
+// A controller in C whose first effort is one value of a signal, a sample late.
 std::size_t t_signal = 0, t_index = 0;
+double t_before = 0;
 class PassingSource final : public ControllerSource {
   struct Functions {
     static int create(const grapnel_controller_setup*, void** instance, char*, std::size_t) {
       *instance = nullptr;
+      t_before = 0;
       return 0;
     }
     static int update(void*, const grapnel_controller_input* in, const grapnel_controller_access*,
                       grapnel_controller_output* out) {
-      out->effort[0] = input_signals.at(t_signal).value(*in, t_index);
+      out->effort[0] = std::exchange(t_before, input_signals.at(t_signal).value(*in, t_index));
       return 0;
     }
     static void destroy(void*) {}
@@ -169,7 +172,7 @@ TEST(FmuController, ReceivesTheSignalsOfTheCInterface) {
                           Case{"target_motion[1,6]", "target_motion", 5}, Case{"wrench[1,2]", "wrench", 1},
                           Case{"debris.target_held", "target_held", 0}, Case{"piece", "piece", 0}}) {
     t_signal = input_signal(one.signal), t_index = one.index;
-    CaptureProblem in_c = problem("delay: 0.01, external: true");
+    CaptureProblem in_c = problem("external: true");
     in_c.control->source = std::make_shared<const PassingSource>();
     const CaptureResult expected = simulate_capture(in_c), result = simulate_capture(problem(fmu(one.name)));
     ASSERT_TRUE(expected.post_impact_end && result.post_impact_end) << expected.failure << result.failure;
@@ -193,7 +196,7 @@ TEST(FmuController, ReceivesTheSignalsOfTheCInterface) {
 
 // Each actuator's command must be an output.
 TEST(FmuController, CommandsActuators) {
-  const fmi::FmuControllers controllers(fmu_file("fmu_2"), "it.fmu", kInputs, "{'effort[6]': 'wheel_torque[2]'}");
+  const fmi::FmuControllers controllers(fmu_file("fmu_2"), "it.fmu", "{}", R"({"effort[6]": "wheel_torque[2]"})");
   ControlledRobot robot;
   robot.joints = {"arm-1-joint-1", "arm-1-joint-2", "arm-1-joint-3", "arm-2-joint-1", "arm-2-joint-2"};
   robot.joints.push_back("arm-2-joint-3");
