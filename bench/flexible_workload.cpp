@@ -56,7 +56,7 @@ std::vector<BodyDescription> cut_link(BodyDescription link, Cut cut, int n) {
   robot.bodies = {base, link};
   const RobotSetup flexible = flexible_robot(robot);
   bodies.assign(flexible.bodies.begin() + 1, flexible.bodies.end());
-  for (BodyDescription& body : bodies) body.is_part = false;
+  for (BodyDescription& body : bodies) body.part_of.clear();
   return bodies;
 }
 

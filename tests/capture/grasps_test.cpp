@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/constraint/grasp.hpp"
 
 namespace grapnel::testing {
 namespace grasps_test {

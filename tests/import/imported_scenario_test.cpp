@@ -7,6 +7,7 @@
 #include "grapnel/campaign/changed_scenario.hpp"
 #include "grapnel/campaign/study_files.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
 #include "import/urdf_files.hpp"
 
