@@ -70,7 +70,7 @@ export class InfluenceChart {
     const what = of.output === "success" ? "success" : "output";
     this.card.setLegend([
       dot(lineColor(kIndex), "share of the variance"),
-      { color: css("--ink"), text: "two standard errors to both sides" },
+      { color: css("--ink"), text: "two standard errors on both sides" },
       dot(lineColor(kUp), `${what} rises as the input rises`),
       dot(lineColor(kDown), `${what} falls as the input rises`),
     ]);

@@ -109,7 +109,7 @@ function runSections(run: Run): Section[] {
     { id: "verdict", title: "Verdict", short: "Verdict", build: () => verdict(run) },
     { id: "ledger", title: "Ledger", short: "Ledger", build: () => ledgerSection(s) },
     ...(showsPublished(s)
-      ? [{ id: "published", title: "As published beside consistent", short: "As published", build: () => publishedSection(s) }]
+      ? [{ id: "published", title: "Published beside consistent values", short: "As published", build: () => publishedSection(s) }]
       : []),
     { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
     { id: "loads", title: "Loads over all phases", short: "Loads", build: () => loadsSection(s) },

@@ -189,8 +189,8 @@ function clearancePlots(context: Context): PlotSpec[] {
       title: "Minimum clearance",
       axis: label("distance", series.unit),
       unit: series.unit,
-      lines: [componentLine(context, series, 0, { label: "least of all bodies", ...lineStyle(0) })],
-      note: "By the bodies' shapes; below zero they overlap.",
+      lines: [componentLine(context, series, 0, { label: "minimum over all bodies", ...lineStyle(0) })],
+      note: "Distance between the bodies' shapes; negative if they overlap.",
     },
   ];
 }
@@ -227,7 +227,7 @@ function energyPlots(context: Context): PlotSpec[] {
       axis: label("kinetic energy", "J"),
       unit: "J",
       lines: kinetic,
-      note: "Of everything, rotors included.",
+      note: "Of all bodies, including rotors.",
     },
     {
       id: "energy",

@@ -129,11 +129,11 @@ function closingPlots(context: Context, all: string[]): PlotSpec[] {
     {
       id: "relative-speed",
       group: "End-effectors",
-      title: "Speed against the grasp points",
+      title: "Speed relative to the grasp points",
       axis: label("relative speed", "m/s"),
       unit: "m/s",
       lines,
-      note: "Of each end-effector's origin against its own grasp point.",
+      note: "Of each end-effector's origin relative to its own grasp point.",
     },
   ];
 }
@@ -174,7 +174,7 @@ export function contactPlots(context: Context): PlotSpec[] {
       axis: label(`magnitude of the ${quantity}`, unit),
       unit,
       lines,
-      note: "What the grasps pass on while they hold, besides impulses that take no time.",
+      note: "Force that the grasps transmit while they hold, without instantaneous impulses.",
     };
   };
   const plots = [magnitudePlot("force"), magnitudePlot("moment")];

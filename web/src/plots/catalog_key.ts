@@ -46,7 +46,7 @@ function closingPlot(context: Context, distance?: PlotSpec, speed?: PlotSpec): P
     unit: "m",
     lines: [...left, ...right],
     limits: envelopeLimits(context.run),
-    note: "Of each end-effector's origin to its grasp point (solid, left) and against it (dashed, right).",
+    note: "Of each end-effector's origin to its grasp point (solid, left), and its speed relative to that point (dashed, right).",
   };
 }
 
@@ -114,7 +114,7 @@ function marginPlot(context: Context): PlotSpec | undefined {
     lines,
     limits: [{ label: "rating", value: 0 }],
     note:
-      "1 − load / rating, of all rated loads the least; below zero a rating is exceeded." +
+      "Minimum of 1 − load / rating over all rated loads; below zero a rating is exceeded." +
       (assumed ? " Impacts: mean loads over an assumed duration; peaks may be larger." : ""),
   };
 }

@@ -109,7 +109,7 @@ function controls(runs: Run[], views: PlotView[], groups: Map<string, HTMLElemen
     element(
       "p",
       { class: "hint touch" },
-      "Draw a finger along a plot to scrub the replay; tap a name to hide its line.",
+      "Drag along a plot to scrub the replay; tap a name to hide its line.",
     ),
     element(
       "p",
