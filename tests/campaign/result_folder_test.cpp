@@ -89,7 +89,7 @@ TEST(ResultFolder, ACampaignResumesAndRefusesTheFolderOfAnother) {
       "\nuncertain:\n  - {path: targets.target-1.mass, as: factor, uniform: {from: 0.8, to: 1.2}}\n";
   const Campaign campaign = load_campaign(folder.write("campaign.yaml", "schema: grapnel-campaign/1\n" + text));
   CampaignFolderOptions options;
-  options.threads = 2, options.no_report = true, options.command = "again", options.resume = "go on";
+  options.threads = 2, options.no_report = true, options.command = "again", options.resume = "grapnel campaign";
   std::stop_source stop;
   stop.request_stop();
   options.stop = stop.get_token();
@@ -97,8 +97,8 @@ TEST(ResultFolder, ACampaignResumesAndRefusesTheFolderOfAnother) {
   const fs::path results = folder.path() / "out";
   ASSERT_TRUE(results_folder(results, campaign.file, Outputs::campaign, heard));
   EXPECT_EQ(run_campaign_folder(campaign, results, options, heard), Ending::interrupted);
-  EXPECT_THAT(heard.messages, ElementsAre(is(Message::Kind::remark,
-                                             "0 of 20 cases are kept in " + results.string() + "; to resume: go on")));
+  EXPECT_THAT(heard.messages, ElementsAre(is(Message::Kind::remark, "0 of 20 cases are kept in " + results.string() +
+                                                                        "; to resume: grapnel campaign")));
   options.stop = {};
   heard = {};
   EXPECT_EQ(run_campaign_folder(campaign, results, options, heard), Ending::done);

@@ -88,7 +88,8 @@ TEST(ImpulsiveConstraint, VelocityDoesNotDependOnTheMetric) {
 }
 
 TEST(ImpulsiveConstraint, CountsConstraintsOfVeryDifferentScale) {
-  // Masses of 1 and 1e6, each with its own constraint; D scales each constraint by the inverse of the mass that it moves.
+  // Masses of 1 and 1e6, each with its own constraint; D scales each constraint by the inverse of the mass that it
+  // moves.
   const Eigen::MatrixXd M = Eigen::Vector2d(1, 1e6).asDiagonal(), J = Eigen::MatrixXd::Identity(2, 2);
   const Eigen::MatrixXd D = Eigen::Vector2d(1, 1e-6).asDiagonal();
   const ImpulsiveSolution s = solve_impulsive_constraint(M, J, Eigen::Vector2d(1, 1), D);

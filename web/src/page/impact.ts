@@ -39,7 +39,7 @@ function oneImpact(impact: Partly<ImpactReport>): HTMLElement[] {
   ];
 }
 
-// Fields with a sentence, table or section of their own.
+// Fields with a sentence, table or section that the page shows separately.
 const kElsewhere = ["joint_names", "joint_velocity_change", "as_published_absent", "show_as_published", "unique", "energy_created", "inconsistent"];
 
 function notes(impact: Partly<ImpactReport>): HTMLElement[] {
