@@ -1,5 +1,5 @@
-// The documentation's site as a reader has it: opened from disk, without a server and without a network. scripts/docs runs it
-// on what it has built: GRAPNEL_SITE is the folder, GRAPNEL_SITE_PICTURES one for screenshots.
+// Tests of the documentation's site, opened from disk without a server and without a network. scripts/docs runs them on the
+// site that it has built. GRAPNEL_SITE is its folder; screenshots are written to GRAPNEL_SITE_PICTURES if that is set.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync, readdirSync } from "node:fs";
 import path from "node:path";
@@ -9,12 +9,13 @@ import { launch } from "../../web/test/browser.mjs";
 
 const site = process.env.GRAPNEL_SITE ?? "build/docs/html";
 const pictures = process.env.GRAPNEL_SITE_PICTURES;
+const theory = existsSync(path.join(site, "theory", "index.html")) ? "theory/index.html" : "theory.html";
 const address = (name, query = "") => pathToFileURL(path.resolve(site, name)).href + query;
 
 const browser = await launch();
 test.after(() => browser.close());
 
-// Opens a page; `faults` are console errors, exceptions, and requests to anywhere but the disk or for what is not there.
+// Opens a page. `faults` are console errors, exceptions, failed requests, and requests to other places than the disk.
 async function open(url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
   const page = await context.newPage();
@@ -46,6 +47,7 @@ for (const [words, expected] of [
   ["generalized_jacobian", /cpp\/dynamics|free_floating|theory/],
   ["campaign success", /campaign/],
   ["approach_direction", /formats\/scenario|how-to\/plan-an-approach/],
+  ["reaction wheel", /how-to\/stabilize|theory/],
 ]) {
   test(`the search finds '${words}' from disk`, async () => {
     const { page, faults, close } = await open(address("search.html", `?q=${encodeURIComponent(words)}`));
@@ -62,7 +64,20 @@ for (const [words, expected] of [
   });
 }
 
-test("a search for what is nowhere says so", async () => {
+test("pages of the documentation precede the C++ reference in search results, with excerpts", async () => {
+  const { page, faults, close } = await open(address("search.html", "?q=impact"));
+  await page.locator(".search-summary").getByText(/finished/).waitFor({ timeout: 20000 });
+  const places = await page.locator("#search-results ul.search li a").evaluateAll((links) => links.map((link) => link.getAttribute("href")));
+  const reference = places.findIndex((place) => place.startsWith("cpp/"));
+  const last = places.findLastIndex((place) => /^(how-to|theory|formats)/.test(place));
+  assert.ok(reference < 0 || last < reference, `${places}`);
+  assert.ok(await page.locator("#search-results .context mark").count());
+  await look(page, "search-impact");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("a search without matches reports that", async () => {
   const { page, close } = await open(address("search.html", "?q=xyzzyplugh"));
   await page.locator("#search-results").getByText(/did not match any documents/).waitFor({ timeout: 20000 });
   await close();
@@ -70,7 +85,7 @@ test("a search for what is nowhere says so", async () => {
 
 test("the gallery shows a picture of every scenario", async () => {
   const { page, faults, close } = await open(address("gallery.html"));
-  const images = page.locator('article img[alt^="Superposed"]');  // copy buttons have pictures, too
+  const images = page.locator('article img[alt^="Picture of"]'); // copy buttons have pictures, too
   await images.evaluateAll((all) => all.forEach((image) => image.scrollIntoView()));
   const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
     await image.decode();
@@ -81,14 +96,46 @@ test("the gallery shows a picture of every scenario", async () => {
     .flatMap((folder) => readdirSync(path.join(source, folder)).filter((name) => name.endsWith(".yaml")));
   assert.equal(sizes.length, scenarios.length);
   assert.ok(sizes.every((width) => width > 100), `${sizes}`);
-  await images.first().scrollIntoViewIfNeeded();
+  await page.evaluate(() => window.scrollTo(0, 0));
   await look(page, "gallery");
+  await images.first().click();
+  await page.waitForLoadState();
+  assert.match(page.url(), /scenarios\//);
+  await look(page, "gallery-scenario");
+  const report = page.locator("article a", { hasText: "Report" }).first();
+  assert.ok(existsSync(new URL(await report.getAttribute("href"), page.url())));
   assert.deepEqual(faults, []);
   await close();
 });
 
+test("equations are typeset", { skip: !existsSync(path.join(site, "_static", "katex")) }, async () => {
+  const name = existsSync(path.join(site, "theory", "07-impact.html")) ? "theory/07-impact.html" : "theory.html";
+  const { page, faults, close } = await open(address(name));
+  const equation = page.locator(".equations").first();
+  assert.ok((await equation.locator(".katex").count()) > 0);
+  assert.ok((await page.evaluate(() => document.fonts.ready.then((fonts) => [...fonts].filter((font) => font.family.startsWith("KaTeX") && font.status === "loaded").length))) > 0);
+  await page.evaluate(() => document.querySelector(".equations").scrollIntoView({ block: "start" }));
+  await look(page, "equations");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("no page scrolls sideways", async () => {
+  const pages = readdirSync(site, { recursive: true }).map((name) => name.replaceAll("\\", "/"))
+    .filter((name) => name.endsWith(".html") && !/^(doxygen|reports|_static|scenarios)\//.test(name));
+  for (const [width, height] of [[1366, 768], [1600, 900]]) {
+    const { page, close } = await open("about:blank", { viewport: { width, height } });
+    for (const name of pages) {
+      await page.goto(address(name), { waitUntil: "domcontentloaded" });
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      assert.ok(wide <= width, `${name} is ${wide} px wide on a screen of ${width}`);
+    }
+    await close();
+  }
+});
+
 test("pages are readable on a phone, and in the dark", async () => {
-  for (const name of ["index.html", "formats/scenario.html", "theory.html"]) {
+  for (const name of ["index.html", "formats/scenario.html", theory]) {
     const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
